@@ -1,0 +1,110 @@
+"""Optimal design and control of flexible, laminated-composite rotors on active magnetic bearings.
+
+>>> import amb_design as ad
+>>> machine = ad.load("thesis-tuned")
+>>> limit = ad.stability_limit(machine)
+>>> print(f"{limit.status}: {limit.speed_rpm:.0f} rpm")
+limit found: 9382 rpm
+
+Numbers are in SI everywhere; speeds and frequencies are in rad/s.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .analysis.campbell import Campbell, campbell
+from .analysis.critical import CriticalSpeed, critical_speeds
+from .analysis.equivalent import Equivalent, equivalent_coefficients
+from .analysis.findings import Finding, findings
+from .analysis.gradient import critical_speed_gradient, eigenvalue_gradient, stability_gradient
+from .analysis.modes import Mode
+from .analysis.sensitivity import Sensitivity, SensitivityOverSpeed, sensitivity, sensitivity_over_speed
+from .analysis.spectrum import spectrum
+from .analysis.stability import Onset, StabilityLimit, stability_limit
+from .analysis.system import System, system
+from .analysis.unbalance import UnbalanceResponse, unbalance_response
+from .errors import AmbDesignError, ModelError, SolveError, SpecError
+from .model.loop import ClosedLoop, closed_loop
+from .spec.bearing import Bearing, Pin
+from .spec.controller import PID, Amplifier, LowPass, Notch
+from .spec.disk import Disk
+from .spec.files import dumps, load, load_variants, loads, packaged, save
+from .spec.machine import Machine, Operation, Rotor, Sensor
+from .spec.magnet import Magnet
+from .spec.material import Isotropic, Orthotropic
+from .spec.paths import find, numbers, replace
+from .spec.shaft import Ply, Segment, Shaft, layup
+from .units import rpm
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "PID",
+    "AmbDesignError",
+    "Amplifier",
+    "Bearing",
+    "Campbell",
+    "ClosedLoop",
+    "CriticalSpeed",
+    "Disk",
+    "Equivalent",
+    "Finding",
+    "Isotropic",
+    "LowPass",
+    "Machine",
+    "Magnet",
+    "Mode",
+    "ModelError",
+    "Notch",
+    "Onset",
+    "Operation",
+    "Orthotropic",
+    "Pin",
+    "Ply",
+    "Rotor",
+    "Segment",
+    "Sensitivity",
+    "SensitivityOverSpeed",
+    "Sensor",
+    "Shaft",
+    "SolveError",
+    "SpecError",
+    "StabilityLimit",
+    "System",
+    "UnbalanceResponse",
+    "__version__",
+    "campbell",
+    "closed_loop",
+    "critical_speed_gradient",
+    "critical_speeds",
+    "dumps",
+    "eigenvalue_gradient",
+    "equivalent_coefficients",
+    "find",
+    "findings",
+    "layup",
+    "load",
+    "load_variants",
+    "loads",
+    "numbers",
+    "packaged",
+    "replace",
+    "rpm",
+    "save",
+    "sensitivity",
+    "sensitivity_over_speed",
+    "spectrum",
+    "stability_gradient",
+    "stability_limit",
+    "system",
+    "unbalance_response",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "plots":  # matplotlib loads only when something is drawn
+        import importlib
+
+        return importlib.import_module(".plots", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,1 @@
+"""Numbers from the model: spectra, stability limits, responses, and their derivatives."""

@@ -1,0 +1,188 @@
+"""Campbell diagram: eigenvalues over the spin speed, followed through crossings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ..errors import SolveError
+from ..spec.machine import Machine
+from .certificate import Eigensystem, Walk
+from .critical import CriticalSpeed, critical_speeds
+from .modes import WHIRL_FREQUENCY, mode
+from .polish import Polisher
+from .system import Array, System, system
+from .threads import one_thread
+
+TRUNCATION = 1e-6
+"""A truncated basis is accepted if it moves no eigenvalue shown by more than this fraction."""
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Result of `campbell`.
+
+    Attributes
+    ----------
+    speeds : ndarray, shape (m,)
+        Spin speeds [rad/s].
+    eigenvalues : ndarray, shape (m, k)
+        One column a mode, followed over the speed [1/s]; the imaginary part is the whirl frequency, positive.
+    whirl : tuple of str
+        Direction of each mode at the highest speed.
+    kind : tuple of str
+        ``"rotor"`` or ``"controller"`` for each mode.
+    largest_real_part : ndarray, shape (m,)
+        Over all whirling modes of the model [1/s], also those that are not shown.
+    largest_real_pole : ndarray, shape (m,)
+        Over the poles that do not whirl, such as integrators [1/s]; -inf where there is none.
+    critical : tuple of CriticalSpeed
+    complete : bool
+        True if `largest_real_part` covers the full model and not a verified truncation.
+    machine : Machine
+    """
+
+    speeds: Array
+    eigenvalues: Array
+    whirl: tuple[str, ...]
+    kind: tuple[str, ...]
+    largest_real_part: Array
+    largest_real_pole: Array
+    critical: tuple[CriticalSpeed, ...]
+    complete: bool
+    machine: Machine = field(repr=False)
+
+    @property
+    def frequencies(self) -> Array:
+        """Whirl frequencies [rad/s], shape (m, k)."""
+        return np.asarray(self.eigenvalues.imag)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """-Re/abs of the eigenvalues, shape (m, k)."""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+    @property
+    def logarithmic_decrements(self) -> Array:
+        """-2 pi Re/Im of the eigenvalues, shape (m, k)."""
+        return np.asarray(-2.0 * np.pi * self.eigenvalues.real / self.eigenvalues.imag)
+
+
+@one_thread
+def campbell(
+    machine: Machine | System,
+    speeds: Sequence[float] | Array | None = None,
+    modes: int = 12,
+    *,
+    fast: bool = False,
+    critical: bool = True,
+) -> Campbell:
+    """Compute the Campbell diagram.
+
+    Parameters
+    ----------
+    machine : Machine or System
+    speeds : array_like, optional
+        Ascending spin speeds [rad/s]; 121 up to the top speed if left out.
+    modes : int
+        Number of modes with the lowest whirl frequencies to follow; modes that become unstable are always added.
+    fast : bool
+        Truncate the model to as many modes of the rotor at rest as keep the modes shown within 1e-6, checked on the
+        full model at the highest speed. Then `largest_real_part` covers the truncated model only.
+    critical : bool
+        Find the critical speeds too.
+
+    Returns
+    -------
+    Campbell
+    """
+    loop = machine if isinstance(machine, System) else system(machine)
+    top = loop.machine.operation.top_speed
+    grid = np.linspace(0.0, top, 121) if speeds is None else np.asarray(speeds, float)
+    reduced = _truncated(loop, float(grid[-1]), modes) if fast else loop
+    walk = Walk(reduced.A0, reduced.A1, budget=len(grid) + 1)
+    decompositions = [walk.at(float(s)) for s in grid]
+    whirling, still = _largest(decompositions)
+    branches = _follow(decompositions, reduced.complex_form)
+    values = np.stack([e.values[b] for e, b in zip(decompositions, branches, strict=True)])
+    noise = np.stack([e.uncertainty[b] for e, b in zip(decompositions, branches, strict=True)])
+    shown = _shown(values, noise, modes)
+    last = [mode(reduced, decompositions[-1], int(branches[-1][j])) for j in shown]
+    chosen = values[:, shown]
+    return Campbell(
+        speeds=grid,
+        eigenvalues=chosen.real + 1j * np.abs(chosen.imag),
+        whirl=tuple(m.whirl for m in last),
+        kind=tuple(m.kind for m in last),
+        largest_real_part=whirling,
+        largest_real_pole=still,
+        critical=critical_speeds(loop, float(grid[-1])) if critical else (),
+        complete=reduced is loop,
+        machine=loop.machine,
+    )
+
+
+def _largest(decompositions: list[Eigensystem]) -> tuple[Array, Array]:
+    whirling, still = [], []
+    for e in decompositions:
+        moves = np.abs(e.values.imag) > WHIRL_FREQUENCY
+        whirling.append(e.values.real[moves].max(initial=-np.inf))
+        still.append(e.values.real[~moves].max(initial=-np.inf))
+    return np.array(whirling), np.array(still)
+
+
+def _follow(decompositions: list[Eigensystem], complex_form: bool) -> list[Array]:
+    """Index of each branch in each decomposition, matched by tangent and by overlap of left and right vectors."""
+    first = decompositions[0]
+    branch = np.arange(len(first.values)) if complex_form else np.flatnonzero(first.values.imag >= 0.0)
+    out = [branch]
+    for e, f in zip(decompositions, decompositions[1:], strict=False):
+        expected = e.values[branch] + (f.speed - e.speed) * e.rates[branch]
+        distance = np.abs(expected[:, None] - f.values) / (np.abs(expected)[:, None] + np.abs(f.values) + 1e-300)
+        overlap = np.abs(e.left[branch] @ f.right) * np.abs(f.left @ e.right[:, branch]).T
+        _, matched = linear_sum_assignment(distance + 1.0 - np.minimum(overlap, 1.0))
+        branch = matched
+        out.append(branch)
+    return out
+
+
+def _shown(values: Array, noise: Array, modes: int) -> Array:
+    """Columns to show: the lowest whirling modes, and any that is unstable somewhere."""
+    frequency = np.abs(values.imag)
+    whirls = frequency.max(axis=0) > WHIRL_FREQUENCY
+    order = np.argsort(np.where(whirls, frequency.mean(axis=0), np.inf))
+    lowest = order[: min(modes, int(whirls.sum()))]
+    unstable = np.flatnonzero(whirls & (values.real > noise).any(axis=0))
+    chosen = np.union1d(lowest, unstable)
+    return np.asarray(chosen[np.argsort(frequency[:, chosen].mean(axis=0))])
+
+
+def _truncated(loop: System, top: float, modes: int) -> System:
+    """The smallest verified truncation, or the full loop if none holds."""
+    n = loop.displacements
+    polisher = Polisher(loop)
+    size = modes // (2 if loop.complex_form else 1) + 6
+    while size < 0.6 * n:
+        reduced = loop.truncated(size)
+        e = Walk(reduced.A0, reduced.A1).at(top)
+        whirling = np.flatnonzero(np.abs(e.values.imag) > WHIRL_FREQUENCY)
+        lowest = whirling[np.argsort(np.abs(e.values.imag[whirling]))][:modes]
+        try:
+            if all(_moved(polisher, reduced, e, int(i)) <= TRUNCATION for i in lowest):
+                return reduced
+        except SolveError:
+            pass
+        size *= 2
+    return loop
+
+
+def _moved(polisher: Polisher, reduced: System, e: Eigensystem, index: int) -> float:
+    """Relative change of an eigenvalue from the truncated to the full model."""
+    value = complex(e.values[index])
+    exact, _, _ = polisher.eigenpair(
+        e.speed, value, reduced.to_state @ e.right[:, index], (e.left[index] @ reduced.from_rate).conj()
+    )
+    return abs(exact - value) / abs(exact)

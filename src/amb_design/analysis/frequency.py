@@ -1,0 +1,189 @@
+"""Frequency response by banded solution of the open structure and a small closed-loop algebra.
+
+The structure with its magnets' negative stiffness, but without controllers, has a banded dynamic stiffness when the
+nodes are numbered along the shaft. Each frequency takes one banded solution for all forces of interest; the loops are
+then closed among the few sensor and actuator signals, which is exact and needs no eigenvalues.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from scipy.linalg import get_lapack_funcs
+
+from ..errors import SolveError
+from ..model.controller import Realisation
+from ..model.loop import Structure
+from ..model.pair import Pair
+from .system import Array
+
+
+class Receptance:
+    """Displacements of the open structure under harmonic forces.
+
+    Parameters
+    ----------
+    plant : Structure
+        Numeric.
+    """
+
+    def __init__(self, plant: Structure):
+        self.plant = plant
+        matrices = (plant.M, plant.C0, plant.C1, plant.K0, plant.K1)
+        triplets = [_triplets(m) for m in matrices]
+        self.bandwidth = max((int(np.abs(r - c).max()) for r, c, _ in triplets if len(r)), default=0)
+        self._bands = [self._banded(*t) for t in triplets]
+        (self._solve,) = get_lapack_funcs(("gbsv",), (np.zeros(1, complex),))
+
+    def _banded(self, rows: Array, columns: Array, values: Array) -> Array:
+        """LAPACK band storage with room for the factorisation."""
+        b = self.bandwidth
+        out = np.zeros((3 * b + 1, self.plant.size), complex)
+        np.add.at(out, (2 * b + rows - columns, columns), values)
+        return out
+
+    def solve(self, frequency: float, speed: float, forces: Array) -> Array:
+        """Complex amplitudes q of the motion q exp(i frequency t) under forces F exp(i frequency t).
+
+        Parameters
+        ----------
+        frequency : float
+            Excitation frequency [rad/s]; negative ones turn backward in the complex form.
+        speed : float
+            Spin speed [rad/s].
+        forces : ndarray, shape (n, k)
+
+        Returns
+        -------
+        ndarray, shape (n, k)
+
+        Raises
+        ------
+        SolveError
+            If an undamped machine is driven exactly at resonance.
+        """
+        m, c0, c1, k0, k1 = self._bands
+        stiffness = k0 + speed * k1 + 1j * frequency * (c0 + speed * c1) - frequency**2 * m
+        _, _, q, info = self._solve(self.bandwidth, self.bandwidth, stiffness, forces, overwrite_ab=True)
+        if info:
+            raise SolveError(f"the response at {frequency:.6g} rad/s is infinite: an undamped resonance")
+        return np.asarray(q)
+
+
+def _triplets(pair: Pair) -> tuple[Array, Array, Array]:
+    rows, columns, values = [], [], []
+    for part, factor in ((pair.re, 1.0), (pair.im, 1j)):
+        matrix = ca.DM(part)
+        r, c = matrix.sparsity().get_triplet()
+        rows += r
+        columns += c
+        values += [factor * v for v in matrix.nonzeros()]
+    return np.array(rows, int), np.array(columns, int), np.array(values, complex)
+
+
+class Chain:
+    """Transfer function of a controller chain, from shaft displacement to current.
+
+    Parameters
+    ----------
+    realisation : Realisation
+        Numeric state space.
+    """
+
+    def __init__(self, realisation: Realisation):
+        a, b, c, d = (
+            np.array(ca.DM(m).full()) for m in (realisation.a, realisation.b, realisation.c, realisation.d)
+        )
+        self._a, self._b, self._c, self._d = a, b, c, d
+
+    def at(self, frequency: float) -> complex:
+        """G(i frequency) [A/m], without the minus sign of the feedback."""
+        s = 1j * frequency
+        inputs = np.array([1.0, s])
+        direct = self._d[0] @ inputs
+        if not len(self._a):
+            return complex(direct)
+        state = np.linalg.solve(s * np.eye(len(self._a)) - self._a, self._b @ inputs)
+        return complex(self._c[0] @ state + direct)
+
+
+@dataclass(frozen=True)
+class Point:
+    """Everything about the loops at one frequency and speed.
+
+    Attributes
+    ----------
+    sensitivity : ndarray, shape (axes, axes)
+        (1 + P G)^-1, from disturbances added to the sensors to the shaft's displacements at the sensors plus them.
+    chains : ndarray, shape (axes,)
+        G of each axis.
+    plant : ndarray, shape (axes, axes)
+        P: displacement at the sensors per control current of each axis [m/A].
+    response : ndarray, shape (n, k)
+        Closed-loop displacements under the forces.
+    currents : ndarray, shape (axes, k)
+        Control currents under the forces [A].
+    """
+
+    sensitivity: Array
+    chains: Array
+    plant: Array
+    response: Array
+    currents: Array
+
+
+class Loops:
+    """The controlled structure in the frequency domain.
+
+    Parameters
+    ----------
+    plant : Structure
+        Numeric.
+    """
+
+    def __init__(self, plant: Structure):
+        self.plant = plant
+        self.receptance = Receptance(plant)
+        self.axes = tuple(a for a in plant.axes if a.chain is not None)
+        self._chains = [Chain(a.chain) for a in self.axes if a.chain is not None]
+        n = plant.size
+        self.push = np.hstack([np.zeros((n, 0)), *[float(a.current_stiffness) * _column(a.actuator) for a in self.axes]])
+        self.sense = np.hstack([np.zeros((n, 0)), *[_column(a.sensor) for a in self.axes]])
+
+    def at(self, frequency: float, speed: float, forces: Array | None = None) -> Point:
+        """Solve the closed loop at a frequency.
+
+        Parameters
+        ----------
+        frequency, speed : float [rad/s]
+        forces : ndarray, shape (n, k), optional
+
+        Returns
+        -------
+        Point
+        """
+        given = np.zeros((self.plant.size, 0), complex) if forces is None else forces
+        k = given.shape[1]
+        q = self.receptance.solve(frequency, speed, np.hstack([given, self.push]).astype(complex))
+        chains = np.array([c.at(frequency) for c in self._chains], complex)
+        plant = self.sense.T @ q[:, k:]
+        sensitivity = np.linalg.inv(np.eye(len(chains)) + plant * chains) if len(chains) else np.zeros((0, 0), complex)
+        currents = -chains[:, None] * (sensitivity @ (self.sense.T @ q[:, :k]))
+        return Point(sensitivity, chains, plant, q[:, :k] + q[:, k:] @ currents, currents)
+
+
+def column(plant: Structure, entries: Sequence[tuple[int, complex]]) -> Array:
+    """Complex column over the free degrees of freedom with values at places of the unpinned order."""
+    where = {k: i for i, k in enumerate(plant.free)}
+    out = np.zeros(plant.size, complex)
+    for place, value in entries:
+        if place in where:
+            out[where[place]] += value
+    return out
+
+
+def _column(matrix: ca.DM) -> Array:
+    return np.asarray(ca.DM(matrix).full())

@@ -1,0 +1,263 @@
+"""ISO 14839-3: peak sensitivity of each control loop, with the others closed, and the open-loop frequency response."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from ..errors import ModelError
+from ..spec.machine import Machine
+from .frequency import Loops
+from .system import Array, System, system
+from .threads import one_thread
+
+ZONES = (("A", 3.0), ("B", 4.0), ("C", 5.0))
+"""Upper limits of the peak sensitivity of the zones (ISO 14839-3:2006); zone D lies above."""
+
+CHECKED_TO = 2.0 * math.pi * 2000.0
+"""Peaks are sought up to this frequency [rad/s], or three times the speed if that is higher."""
+
+
+def zone(peak: float) -> str:
+    """Zone of ISO 14839-3 of a peak sensitivity.
+
+    Parameters
+    ----------
+    peak : float
+        Largest modulus of the sensitivity function.
+
+    Returns
+    -------
+    {"A", "B", "C", "D"}
+    """
+    return next((name for name, limit in ZONES if peak < limit), "D")
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest sensitivity of one loop.
+
+    Attributes
+    ----------
+    loop : str
+        ``"magnets[0] y"``.
+    value : float
+    frequency : float [rad/s]
+    """
+
+    loop: str
+    value: float
+    frequency: float
+
+    @property
+    def zone(self) -> str:
+        """Zone of ISO 14839-3."""
+        return zone(self.value)
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Result of `sensitivity`.
+
+    Attributes
+    ----------
+    speed : float
+        Spin speed [rad/s].
+    frequencies : ndarray, shape (m,)
+        [rad/s], refined around the resonances.
+    loops : tuple of str
+        Name of each loop.
+    sensitivity : ndarray of complex, shape (m, loops)
+        1/(1 + L) of each loop with all others closed.
+    open_loop : ndarray of complex, shape (m, loops)
+        L of each loop with all others closed, broken at the sensor.
+    peaks : tuple of Peak
+        One a loop.
+    machine : Machine
+    """
+
+    speed: float
+    frequencies: Array
+    loops: tuple[str, ...]
+    sensitivity: Array
+    open_loop: Array
+    peaks: tuple[Peak, ...]
+    machine: Machine = field(repr=False)
+
+    @property
+    def worst(self) -> Peak:
+        """The largest peak of all loops."""
+        return max(self.peaks, key=lambda p: p.value)
+
+    @property
+    def zone(self) -> str:
+        """Zone of ISO 14839-3 of the worst loop."""
+        return self.worst.zone
+
+
+@one_thread
+def sensitivity(
+    machine: Machine | System,
+    speed: float = 0.0,
+    frequencies: Sequence[float] | Array | None = None,
+    highest: float | None = None,
+) -> Sensitivity:
+    """Sensitivity of each control loop at one spin speed.
+
+    Parameters
+    ----------
+    machine : Machine or System
+    speed : float
+        Spin speed [rad/s].
+    frequencies : array_like, optional
+        Frequencies to tabulate [rad/s]; a logarithmic grid with the loop's own resonances if left out.
+    highest : float, optional
+        Upper end of the grid [rad/s]; the larger of 2 kHz and three times the speed if left out.
+
+    Returns
+    -------
+    Sensitivity
+
+    Raises
+    ------
+    ModelError
+        If the machine has no control loop.
+
+    Notes
+    -----
+    A loop is one axis of one magnet, broken at its sensor while all others stay closed. The values mean something only
+    where the closed loop is stable.
+    """
+    loop = machine if isinstance(machine, System) else system(machine)
+    view = Axes(loop, speed)
+    grid = _grid(loop, speed, highest) if frequencies is None else np.asarray(frequencies, float)
+    table = np.array([view.at(float(w)) for w in grid])
+    peaks = []
+    for j, name in enumerate(view.names):
+        peaks.append(_refine(view, grid, np.abs(table[:, j]), j, name))
+    return Sensitivity(
+        speed=speed,
+        frequencies=grid,
+        loops=view.names,
+        sensitivity=table,
+        open_loop=1.0 / table - 1.0,
+        peaks=tuple(peaks),
+        machine=loop.machine,
+    )
+
+
+class Axes:
+    """Sensitivity of each physical axis at one speed.
+
+    Parameters
+    ----------
+    loop : System
+    speed : float [rad/s]
+
+    Notes
+    -----
+    In the complex form a disturbance in y alone is half a forward and half a backward one, hence the mean of the complex
+    sensitivity at +w and the conjugate of that at -w; y and z are then alike.
+    """
+
+    def __init__(self, loop: System, speed: float):
+        self.loops = Loops(loop.plant)
+        if not self.loops.axes:
+            raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
+        self.speed = speed
+        self.complex_form = loop.complex_form
+        self.names = tuple(a.name for a in self.loops.axes)
+
+    def at(self, frequency: float) -> Array:
+        """Sensitivities of all loops at a frequency."""
+        ahead = np.diagonal(self.loops.at(frequency, self.speed).sensitivity)
+        if not self.complex_form:
+            return np.asarray(ahead)
+        back = np.diagonal(self.loops.at(-frequency, self.speed).sensitivity)
+        return np.asarray((ahead + back.conj()) / 2.0)
+
+
+def _grid(loop: System, speed: float, highest: float | None) -> Array:
+    top = max(CHECKED_TO, 3.0 * speed) if highest is None else highest
+    values = np.linalg.eigvals(loop.matrix(speed))
+    resonances = np.abs(values[np.abs(values.imag) > 1.0])
+    inside = np.abs(values.imag[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
+    width = np.abs(values.real[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
+    lowest = 0.03 * float(resonances.min(initial=top))
+    around = np.concatenate([inside, inside - width, inside + width])
+    grid = np.concatenate([np.geomspace(max(lowest, 1e-4 * top), top, 300), around[(around > 0.0) & (around < top)]])
+    return np.unique(grid)
+
+
+def _refine(view: Axes, grid: Array, size: Array, j: int, name: str) -> Peak:
+    """Polish the highest local maxima of a tabulated sensitivity."""
+    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    best = Peak(name, float(size.max()), float(grid[int(size.argmax())]))
+    for k in inner[np.argsort(-size[inner])][:6]:
+        found = minimize_scalar(
+            lambda w: -abs(view.at(float(w))[j]),
+            bounds=(grid[k - 1], grid[k + 1]),
+            method="bounded",
+            options={"xatol": 1e-6 * grid[k]},
+        )
+        if -found.fun > best.value:
+            best = Peak(name, float(-found.fun), float(found.x))
+    return best
+
+
+@dataclass(frozen=True)
+class SensitivityOverSpeed:
+    """Result of `sensitivity_over_speed`.
+
+    Attributes
+    ----------
+    speeds : ndarray, shape (m,)
+        Spin speeds [rad/s].
+    loops : tuple of str
+    peaks : ndarray, shape (m, loops)
+        Peak sensitivity of each loop.
+    frequencies : ndarray, shape (m, loops)
+        Where the peaks lie [rad/s].
+    """
+
+    speeds: Array
+    loops: tuple[str, ...]
+    peaks: Array
+    frequencies: Array
+
+    @property
+    def worst(self) -> float:
+        """Largest peak over all loops and speeds."""
+        return float(self.peaks.max())
+
+    @property
+    def zone(self) -> str:
+        """Zone of ISO 14839-3 of the worst loop at the worst speed."""
+        return zone(self.worst)
+
+
+def sensitivity_over_speed(machine: Machine | System, speeds: Sequence[float] | Array) -> SensitivityOverSpeed:
+    """Peak sensitivity of each loop over the spin speed.
+
+    Parameters
+    ----------
+    machine : Machine or System
+    speeds : array_like
+        Spin speeds [rad/s].
+
+    Returns
+    -------
+    SensitivityOverSpeed
+    """
+    loop = machine if isinstance(machine, System) else system(machine)
+    results = [sensitivity(loop, float(s)) for s in speeds]
+    return SensitivityOverSpeed(
+        speeds=np.asarray(speeds, float),
+        loops=results[0].loops,
+        peaks=np.array([[p.value for p in r.peaks] for r in results]),
+        frequencies=np.array([[p.frequency for p in r.peaks] for r in results]),
+    )

@@ -1,0 +1,181 @@
+"""The stability limit speed: how fast the machine may spin before a mode becomes unstable."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SolveError
+from ..spec.machine import Machine
+from .certificate import Crossing, Eigensystem, Walk
+from .modes import Mode, mode
+from .system import System, system
+from .threads import one_thread
+
+FOUND = "limit found"
+NONE = "none below the top speed"
+UNSTABLE = "unstable at rest"
+MARGINAL = "marginal"
+
+
+@dataclass(frozen=True)
+class Onset:
+    """A speed at which a mode becomes unstable, or stable again.
+
+    Attributes
+    ----------
+    speed : float [rad/s]
+    unstable : bool
+        True if the mode becomes unstable as the speed rises.
+    count : int
+        Number of unstable modes above it.
+    mode : Mode
+        The mode that crosses.
+    """
+
+    speed: float
+    unstable: bool
+    count: int
+    mode: Mode
+
+
+@dataclass(frozen=True)
+class StabilityLimit:
+    """Result of `stability_limit`.
+
+    Attributes
+    ----------
+    speed : float
+        Stability limit speed [rad/s]: stable at every lower speed. The top speed if no limit was found below it, zero
+        if the machine is unstable at rest, NaN if it is marginal.
+    status : {"limit found", "none below the top speed", "unstable at rest", "marginal"}
+    certified : bool
+        True if every speed below `speed` is covered by a certificate.
+    bracket : tuple of float
+        Certified stable up to the first, certified unstable from the second [rad/s].
+    mode : Mode or None
+        The mode that limits, at the limit or at rest.
+    onsets : tuple of Onset
+        All onsets and restabilisations up to `top_speed`, or only the first.
+    unstable_at_rest : tuple of Mode
+        The unstable modes at zero speed, the worst first.
+    top_speed : float [rad/s]
+    eigendecompositions : int
+        Full-size eigendecompositions that were spent.
+    machine : Machine
+    """
+
+    speed: float
+    status: str
+    certified: bool
+    bracket: tuple[float, float]
+    mode: Mode | None
+    onsets: tuple[Onset, ...]
+    unstable_at_rest: tuple[Mode, ...]
+    top_speed: float
+    eigendecompositions: int
+    machine: Machine = field(repr=False)
+
+    @property
+    def speed_rpm(self) -> float:
+        """Stability limit speed [rpm]."""
+        return self.speed * 30.0 / math.pi
+
+
+@one_thread
+def stability_limit(
+    machine: Machine | System, top_speed: float | None = None, *, first_only: bool = False, budget: int = 2000
+) -> StabilityLimit:
+    """Find the stability limit speed, with a certificate.
+
+    Parameters
+    ----------
+    machine : Machine or System
+    top_speed : float, optional
+        Look up to this speed [rad/s]; the machine's own top speed if left out.
+    first_only : bool
+        Stop at the first onset.
+    budget : int
+        Largest number of eigendecompositions before the certificate gives way to a sweep.
+
+    Returns
+    -------
+    StabilityLimit
+
+    Notes
+    -----
+    See `amb_design.analysis.certificate` for the certificate. When its budget is spent, which takes modes with almost
+    no damping, the limit comes from a refined sweep, and ``certified`` is False.
+    """
+    loop = machine if isinstance(machine, System) else system(machine)
+    top = loop.machine.operation.top_speed if top_speed is None else top_speed
+    walk = Walk(loop.A0, loop.A1, budget)
+    rest = walk.at(0.0)
+    unstable = np.flatnonzero(rest.values.real > rest.uncertainty)
+    at_rest = tuple(
+        mode(loop, rest, int(i))
+        for i in unstable[np.argsort(-rest.values.real[unstable])]
+        if loop.complex_form or rest.values[i].imag >= 0.0
+    )
+    undecided = np.flatnonzero(np.abs(rest.values.real) <= rest.uncertainty)
+    if len(undecided):
+        worst = at_rest[0] if at_rest else mode(loop, rest, int(undecided[0]))
+        status, speed = (UNSTABLE, 0.0) if at_rest else (MARGINAL, math.nan)
+        return StabilityLimit(speed, status, True, (0.0, 0.0), worst, (), at_rest, top, 1, loop.machine)
+
+    crossings: list[Crossing] = []
+    certified, reached = True, 0.0
+    try:
+        for event in walk.events(top, rest):
+            if isinstance(event, Crossing):
+                crossings.append(event)
+                if first_only:
+                    break
+            else:
+                reached = event.stop
+    except SolveError:
+        certified = False
+        crossings += _sweep(walk, loop, reached, top, first_only)
+    onsets = tuple(
+        Onset(c.lower, c.onset, c.above.unstable, mode(loop, c.below, c.critical)) for c in crossings
+    )
+    if at_rest:
+        result = UNSTABLE, 0.0, (0.0, 0.0), at_rest[0]
+    elif crossings:
+        result = FOUND, crossings[0].lower, (crossings[0].lower, crossings[0].upper), onsets[0].mode
+    else:
+        result = NONE, top, (top, math.inf), None
+    status, speed, bracket, limiting = result
+    return StabilityLimit(
+        float(speed), status, certified, bracket, limiting, onsets, at_rest, top, walk.eigendecompositions, loop.machine
+    )
+
+
+def _sweep(walk: Walk, loop: System, start: float, top: float, first_only: bool, speeds: int = 400) -> list[Crossing]:
+    """Crossings by a sweep with bisection, for loops that defeat the certificate."""
+    walk.budget += 40 * speeds
+    grid = np.linspace(start, top, speeds)
+    left = walk.at(float(grid[0]))
+    found: list[Crossing] = []
+    for speed in grid[1:]:
+        right = walk.at(float(speed))
+        if right.unstable != left.unstable:
+            found.append(_bisect(walk, left, right))
+            if first_only:
+                break
+        left = right
+    return found
+
+
+def _bisect(walk: Walk, left: Eigensystem, right: Eigensystem) -> Crossing:
+    while right.speed - left.speed > 1e-8 * right.speed:
+        middle = walk.at((left.speed + right.speed) / 2.0)
+        if middle.unstable == left.unstable:
+            left = middle
+        else:
+            right = middle
+    return Crossing(left.speed, right.speed, left, right)
+
+

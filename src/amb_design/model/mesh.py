@@ -1,0 +1,165 @@
+"""Where the nodes go: a corner node at every station, elements spread evenly in between.
+
+The plan is made from numbers and then holds for symbols: which stations coincide and in which order they
+come must not depend on a design variable. Stations that coincide share a node and move together, led by the
+shaft's own ends and steps, then disks, bearings, pins, magnets, sensors.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ..errors import ModelError
+from ..spec.fields import Number, is_number
+from ..spec.machine import Machine
+from ..spec.paths import value
+
+COINCIDENT = 1e-6
+"""Stations closer than this fraction of the shaft's length share a node."""
+
+
+@dataclass(frozen=True)
+class Station:
+    """One or more places of the machine that share a corner node.
+
+    Attributes
+    ----------
+    position : nominal coordinate [m]
+    leader : int or str
+        Shaft boundary number (0 is the left end), or the path of the position that moves the node.
+    members : paths of all positions found here
+    """
+
+    position: float
+    leader: int | str
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Topology of the finite-element mesh.
+
+    Attributes
+    ----------
+    stations : from left to right
+    divisions : number of elements between neighbouring stations
+    segments : index of the shaft segment between neighbouring stations
+    """
+
+    stations: tuple[Station, ...]
+    divisions: tuple[int, ...]
+    segments: tuple[int, ...]
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return sum(self.divisions)
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes, the middle nodes of the elements included."""
+        return 2 * self.elements + 1
+
+    def node_of(self, path: str) -> int:
+        """Node of a component, named by the path of its position (``"magnets[0].position"``)."""
+        for i, station in enumerate(self.stations):
+            if path in station.members:
+                return 2 * sum(self.divisions[:i])
+        raise ModelError(f"no station of this machine is called {path}")
+
+    def segment_of_elements(self) -> tuple[int, ...]:
+        """Segment index of each element."""
+        return tuple(s for s, n in zip(self.segments, self.divisions, strict=True) for _ in range(n))
+
+    def finer(self, factor: int) -> Mesh:
+        """The same stations with `factor` times as many elements."""
+        return Mesh(self.stations, tuple(factor * n for n in self.divisions), self.segments)
+
+
+def plan(machine: Machine) -> Mesh:
+    """Lay out the mesh of a machine.
+
+    Parameters
+    ----------
+    machine : Machine
+        Lengths and positions must be numbers.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ModelError
+        If a length or position is a symbol.
+    """
+    shaft = machine.rotor.shaft
+    places: list[tuple[Number, int | str]] = [(0.0, 0)]
+    for i, segment in enumerate(shaft.segments):
+        if not is_number(segment.length):
+            raise _symbolic(f"rotor.shaft.segments[{i}].length")
+        places.append((places[-1][0] + segment.length, i + 1))
+    boundaries = [x for x, _ in places]
+    for path, position in machine.stations():
+        if not is_number(position):
+            raise _symbolic(path)
+        places.append((min(position, boundaries[-1]), path))
+    length = boundaries[-1]
+    places.sort(key=lambda p: p[0])  # stable: boundaries lead, then the order of machine.stations()
+    groups: list[list[tuple[float, int | str]]] = []
+    for place in places:
+        if groups and place[0] - groups[-1][0][0] <= COINCIDENT * length:
+            groups[-1].append(place)
+        else:
+            groups.append([place])
+    stations = tuple(_station(g) for g in groups)
+    divisions, segments = [], []
+    for a, b in zip(stations, stations[1:], strict=False):
+        divisions.append(max(1, math.ceil((b.position - a.position) * shaft.elements / length - 1e-6)))
+        middle = (a.position + b.position) / 2.0
+        segments.append(next(i for i, x in enumerate(boundaries[1:]) if middle < x))
+    return Mesh(stations, tuple(divisions), tuple(segments))
+
+
+def coordinates(machine: Machine, mesh: Mesh) -> list[Number]:
+    """Coordinates of the stations [m], symbols where the machine holds symbols.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine that was planned, or one with symbols in its place.
+    mesh : Mesh
+
+    Returns
+    -------
+    list of float or CasADi scalar
+    """
+    boundaries: list[Number] = [0.0]
+    for segment in machine.rotor.shaft.segments:
+        boundaries.append(boundaries[-1] + segment.length)
+    return [
+        boundaries[s.leader] if isinstance(s.leader, int) else value(machine, s.leader) for s in mesh.stations
+    ]
+
+
+def element_lengths(machine: Machine, mesh: Mesh) -> ca.DM | ca.SX | ca.MX:
+    """Length of each element [m] as a CasADi column."""
+    x = coordinates(machine, mesh)
+    return ca.vertcat(
+        *[(b - a) / n for a, b, n in zip(x, x[1:], mesh.divisions, strict=False) for _ in range(n)]
+    )
+
+
+def _station(group: list[tuple[float, int | str]]) -> Station:
+    leaders = [who for _, who in group if isinstance(who, int)] + [who for _, who in group if isinstance(who, str)]
+    position = next(x for x, who in group if who == leaders[0])
+    return Station(position, leaders[0], tuple(who for who in leaders if isinstance(who, str)))
+
+
+def _symbolic(path: str) -> ModelError:
+    return ModelError(
+        f"{path} is a symbol, but the mesh needs a nominal position; give a number and name the field in `free`"
+    )

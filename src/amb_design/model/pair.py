@@ -1,0 +1,79 @@
+"""Complex matrices for CasADi, which has none: pairs of a real and an imaginary part.
+
+A real-linear map between complex vectors is z -> H z + J conj(z). The machine is isotropic exactly when every J
+is zero; then H alone is a complex model of half the size. Otherwise the real model works on the components
+[v, w, beta_x, beta_y] of each node, with z = (r, phi), r = v + i w, phi = beta_y - i beta_x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+
+Matrix = Any
+"""A CasADi DM, SX or MX matrix."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A complex matrix re + i im; `im` has no nonzeros in a real model."""
+
+    re: Matrix
+    im: Matrix
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.re.shape  # type: ignore[no-any-return]
+
+    def __add__(self, other: Pair) -> Pair:
+        return Pair(self.re + other.re, self.im + other.im)
+
+    def __neg__(self) -> Pair:
+        return Pair(-self.re, -self.im)
+
+    def times_i(self) -> Pair:
+        """i times the matrix."""
+        return Pair(-self.im, self.re)
+
+    def select(self, rows: list[int]) -> Pair:
+        """Square submatrix of some rows and the same columns."""
+        return Pair(self.re[rows, rows], self.im[rows, rows])
+
+
+def real(matrix: Matrix) -> Pair:
+    """A pair without imaginary part."""
+    return Pair(matrix, type(matrix)(*matrix.shape))
+
+
+@dataclass(frozen=True)
+class Map:
+    """A real-linear map H z + J conj(z) on the node vectors."""
+
+    H: Pair
+    J: Pair
+
+    def __add__(self, other: Map) -> Map:
+        return Map(self.H + other.H, self.J + other.J)
+
+    def to_real(self) -> Pair:
+        """The map as a real matrix on [v, w, beta_x, beta_y] of each node."""
+        h, j = self.H, self.J
+        embedded = ca.blockcat([[h.re + j.re, j.im - h.im], [h.im + j.im, h.re - j.re]])
+        turn = _components(h.shape[0] // 2)
+        return real(ca.mtimes([turn, embedded, turn.T]))
+
+
+@lru_cache(maxsize=64)
+def _components(nodes: int) -> ca.DM:
+    """Orthogonal matrix from (Re z, Im z) to [v, w, beta_x, beta_y] of each node."""
+    n = 2 * nodes
+    rows, columns, values = [], [], []
+    for k in range(nodes):
+        rows += [4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3]
+        columns += [2 * k, n + 2 * k, n + 2 * k + 1, 2 * k + 1]
+        values += [1.0, 1.0, -1.0, 1.0]
+    return ca.DM.triplet(rows, columns, ca.DM(values), 2 * n, 2 * n)

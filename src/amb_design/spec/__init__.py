@@ -1,0 +1,1 @@
+"""What the machine is: frozen objects, and the TOML files that hold them."""
