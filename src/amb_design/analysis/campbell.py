@@ -163,7 +163,7 @@ def _shown(values: Array, noise: Array, modes: int) -> Array:
 def _truncated(loop: System, top: float, modes: int) -> System:
     """The smallest verified truncation, or the full loop if none holds."""
     n = loop.displacements
-    polisher = Polisher(loop)
+    polisher = Polisher(loop.pencil)
     size = modes // (2 if loop.complex_form else 1) + 6
     while size < 0.6 * n:
         reduced = loop.truncated(size)

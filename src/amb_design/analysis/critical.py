@@ -107,7 +107,7 @@ def _whirl(loop: System, q: Array) -> str:
 
 
 def _crossings(loop: System, top: float) -> list[CriticalSpeed]:
-    polisher = Polisher(loop)
+    polisher = Polisher(loop.pencil)
     found: list[Mode] = []
     for sign in (1.0, -1.0) if loop.complex_form else (1.0,):
         inertia = sign * 1j * np.eye(loop.size) - loop.A1
@@ -142,7 +142,7 @@ def _newton(
             return None
         rate = complex(left.conj() @ (polisher.a1 @ right))
         step = (sign * value.imag - speed) / (1.0 - sign * rate.imag)
-        if abs(step) <= 1e-11 * speed:
+        if abs(step) <= 1e-9 * speed:
             return refined(loop, speed, value, right, left)
         if abs(step) > 0.5 * speed:
             return None
@@ -176,7 +176,7 @@ def critical_mode(machine: Machine | System, critical: CriticalSpeed) -> Mode:
     ratio = -e.values.real / np.maximum(np.abs(e.values), 1e-300)
     distance = np.abs(e.values.imag - sign * critical.speed) + np.abs(ratio - critical.damping_ratio) * critical.speed
     start = mode(loop, e, int(np.argmin(distance)))
-    found = _newton(loop, Polisher(loop), critical.speed, start.signed, start.right, start.left, sign)
+    found = _newton(loop, Polisher(loop.pencil), critical.speed, start.signed, start.right, start.left, sign)
     if found is None:
         raise SolveError(f"the critical speed near {critical.speed_rpm:.5g} rpm does not settle")
     return found

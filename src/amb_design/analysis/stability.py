@@ -121,7 +121,8 @@ def stability_limit(
     )
     undecided = np.flatnonzero(np.abs(rest.values.real) <= rest.uncertainty)
     if len(undecided):
-        worst = at_rest[0] if at_rest else mode(loop, rest, int(undecided[0]))
+        lowest = undecided[np.argmin(np.abs(rest.values[undecided]))]
+        worst = at_rest[0] if at_rest else mode(loop, rest, int(lowest))
         status, speed = (UNSTABLE, 0.0) if at_rest else (MARGINAL, math.nan)
         return StabilityLimit(speed, status, True, (0.0, 0.0), worst, (), at_rest, top, 1, loop.machine)
 
