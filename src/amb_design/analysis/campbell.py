@@ -12,7 +12,7 @@ from ..errors import SolveError
 from ..spec.machine import Machine
 from .certificate import Eigensystem, Walk
 from .critical import CriticalSpeed, critical_speeds
-from .modes import WHIRL_FREQUENCY, mode
+from .modes import OVERDAMPED, mode, whirls
 from .polish import Polisher
 from .system import Array, System, system
 from .threads import one_thread
@@ -128,7 +128,7 @@ def campbell(
 def _largest(decompositions: list[Eigensystem]) -> tuple[Array, Array]:
     whirling, still = [], []
     for e in decompositions:
-        moves = np.abs(e.values.imag) > WHIRL_FREQUENCY
+        moves = whirls(e.values)
         whirling.append(e.values.real[moves].max(initial=-np.inf))
         still.append(e.values.real[~moves].max(initial=-np.inf))
     return np.array(whirling), np.array(still)
@@ -150,12 +150,13 @@ def _follow(decompositions: list[Eigensystem], complex_form: bool) -> list[Array
 
 
 def _shown(values: Array, noise: Array, modes: int) -> Array:
-    """Columns to show: the lowest whirling modes, and any that is unstable somewhere."""
+    """Columns to show: the lowest modes that are not overdamped throughout, and any that is unstable somewhere."""
     frequency = np.abs(values.imag)
-    whirls = frequency.max(axis=0) > WHIRL_FREQUENCY
-    order = np.argsort(np.where(whirls, frequency.mean(axis=0), np.inf))
-    lowest = order[: min(modes, int(whirls.sum()))]
-    unstable = np.flatnonzero(whirls & (values.real > noise).any(axis=0))
+    moves = whirls(values).any(axis=0)
+    seen = moves & (-values.real < OVERDAMPED * np.abs(values)).any(axis=0)
+    order = np.argsort(np.where(seen, frequency.mean(axis=0), np.inf))
+    lowest = order[: min(modes, int(seen.sum()))]
+    unstable = np.flatnonzero(moves & (values.real > noise).any(axis=0))
     chosen = np.union1d(lowest, unstable)
     return np.asarray(chosen[np.argsort(frequency[:, chosen].mean(axis=0))])
 
@@ -168,7 +169,7 @@ def _truncated(loop: System, top: float, modes: int) -> System:
     while size < 0.6 * n:
         reduced = loop.truncated(size)
         e = Walk(reduced.A0, reduced.A1).at(top)
-        whirling = np.flatnonzero(np.abs(e.values.imag) > WHIRL_FREQUENCY)
+        whirling = np.flatnonzero(whirls(e.values) & (-e.values.real < OVERDAMPED * np.abs(e.values)))
         lowest = whirling[np.argsort(np.abs(e.values.imag[whirling]))][:modes]
         try:
             if all(_moved(polisher, reduced, e, int(i)) <= TRUNCATION for i in lowest):

@@ -20,6 +20,7 @@ from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from ..spec.paths import replace
 from .frequency import Loops
+from .modes import whirls
 from .system import Array, System, system
 from .threads import one_thread
 
@@ -134,7 +135,7 @@ class _Model:
         k, c = self.added(speed)
         matrix = self.open.matrix(speed) - self.columns @ (k[:, None] * self.rows.T + c[:, None] * self.rates.T)
         values = np.linalg.eigvals(matrix)
-        whirling = values[np.abs(values.imag) > 1.0]
+        whirling = values[whirls(values)]
         forward = whirling[(whirling.imag > 0.0) & (np.abs(whirling.real) < 0.5 * whirling.imag)]
         return float(whirling.real.max()), float(forward.imag.min() - speed)
 

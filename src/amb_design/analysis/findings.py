@@ -16,7 +16,7 @@ from ..spec.magnet import Magnet
 from ..spec.paths import replace
 from .critical import CriticalSpeed, critical_speeds
 from .frequency import Chain
-from .modes import WHIRL_FREQUENCY, Mode
+from .modes import OVERDAMPED, Mode
 from .polish import sparse
 from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, StabilityLimit, stability_limit
@@ -25,9 +25,6 @@ from .unbalance import UnbalanceResponse, major_axis, unbalance_response
 
 COARSE = 1e-3
 """Frequencies that move by more than this fraction on a twice finer mesh are not converged."""
-
-OVERDAMPED = 0.5
-"""Modes with a larger damping ratio do not show in any response; their mesh convergence is of no interest."""
 
 MISLEADING = 0.01
 """A stability limit that hysteretic damping moves by more than this fraction deserves a warning."""
@@ -327,7 +324,7 @@ def mesh_error(loop: System, modes: int = 8) -> tuple[float, Mode | None]:
     coarse, fine = (s.truncated(kept) for s in (loop, system(loop.machine, loop.plant.mesh.finer(2), loop.complex_form)))
     reference = np.linalg.eigvals(fine.matrix(top))
     worst: tuple[float, Mode | None] = (0.0, None)
-    shown = [m for m in spectrum(coarse, top) if m.frequency > WHIRL_FREQUENCY and m.damping_ratio < OVERDAMPED]
+    shown = [m for m in spectrum(coarse, top) if m.whirl != "none" and m.damping_ratio < OVERDAMPED]
     for mode in shown[:modes]:
         change = float(np.abs(reference - mode.signed).min()) / abs(mode.signed)
         if change > worst[0]:

@@ -13,6 +13,9 @@ from .system import Array, System
 WHIRL_FREQUENCY = 1.0
 """Eigenvalues with a smaller imaginary part [rad/s] are real poles and do not whirl."""
 
+OVERDAMPED = 0.7
+"""Modes with a larger damping ratio show in no response; they are left out where modes are listed."""
+
 
 @dataclass(frozen=True)
 class Mode:
@@ -75,6 +78,16 @@ class Mode:
         if self.whirl == "none":
             return f"real {self.kind} pole at {self.eigenvalue.real:.3g} 1/s"
         return f"{self.whirl} {self.kind} mode at {self.frequency_hz:.4g} Hz"
+
+
+def whirls(values: Array) -> Array:
+    """Which eigenvalues oscillate; the others are real poles, or nearly so.
+
+    Parameters
+    ----------
+    values : ndarray of complex
+    """
+    return np.asarray(np.abs(values.imag) > np.maximum(WHIRL_FREQUENCY, 0.01 * np.abs(values.real)))
 
 
 def damping_ratio(eigenvalue: complex) -> float:
@@ -147,7 +160,7 @@ def _shape(system: System, q: Array, value: complex) -> Array:
 
 
 def _whirl(system: System, shape: Array, value: complex) -> str:
-    if abs(value.imag) < WHIRL_FREQUENCY:
+    if not whirls(np.array(value)):
         return "none"
     if system.complex_form:
         return "forward" if value.imag > 0.0 else "backward"

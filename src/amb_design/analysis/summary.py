@@ -1,0 +1,166 @@
+"""Everything an analysis says of a machine, as one result and as one plain document.
+
+The document (nested dicts, lists, strings and finite numbers, ready for JSON) is what the command line prints, what
+published figures are compared with, and what other programs may rely on; speeds are in rpm there, frequencies in Hz.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..errors import ModelError
+from ..spec.machine import Machine
+from .critical import CriticalSpeed, critical_speeds
+from .equivalent import Equivalent, equivalent_coefficients
+from .findings import Finding, findings
+from .modes import OVERDAMPED, Mode
+from .sensitivity import Sensitivity, sensitivity
+from .spectrum import spectrum
+from .stability import FOUND, MARGINAL, UNSTABLE, Onset, StabilityLimit, stability_limit
+from .system import system
+from .threads import one_thread
+
+RPM = 30.0 / math.pi
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Result of `analyse`.
+
+    Attributes
+    ----------
+    machine : Machine
+    size : int
+        Number of states.
+    complex_form : bool
+        True if y and z are one complex coordinate.
+    limit : StabilityLimit
+    critical : tuple of CriticalSpeed
+    modes : tuple of Mode
+        At rest, with the lowest whirl frequencies.
+    sensitivities : tuple of Sensitivity
+        At rest and at speed; empty without control loops or where the machine is unstable.
+    equivalent : Equivalent or None
+        What the equivalent-coefficient method would say; None where it does not apply.
+    findings : tuple of Finding
+    """
+
+    machine: Machine = field(repr=False)
+    size: int
+    complex_form: bool
+    limit: StabilityLimit
+    critical: tuple[CriticalSpeed, ...]
+    modes: tuple[Mode, ...]
+    sensitivities: tuple[Sensitivity, ...]
+    equivalent: Equivalent | None
+    findings: tuple[Finding, ...]
+
+    def document(self) -> dict[str, Any]:
+        """The result as nested dicts, lists, strings and finite numbers."""
+        limit = self.limit
+        out: dict[str, Any] = {
+            "name": self.machine.name,
+            "states": self.size,
+            "form": "complex" if self.complex_form else "real",
+            "top_speed_rpm": limit.top_speed * RPM,
+            "stability_limit": {
+                "speed_rpm": _finite(limit.speed * RPM),
+                "status": limit.status,
+                "certified": limit.certified,
+                "whirl_frequency_hz": limit.mode.frequency_hz if limit.mode else None,
+                "mode": limit.mode.describe() if limit.mode else None,
+                "eigendecompositions": limit.eigendecompositions,
+            },
+            "onsets_rpm": [o.speed * RPM for o in limit.onsets if o.unstable],
+            "onsets": [_onset(o) for o in limit.onsets],
+            "unstable_at_rest": [
+                {"growth_per_s": m.eigenvalue.real, "frequency_hz": m.frequency_hz, "mode": m.describe()}
+                for m in limit.unstable_at_rest
+            ],
+            "critical_speeds_rpm": [c.speed_rpm for c in self.critical if c.whirl != "backward" and c.kind == "rotor"],
+            "critical_speeds": [
+                {"speed_rpm": c.speed_rpm, "whirl": c.whirl, "damping_ratio": c.damping_ratio, "kind": c.kind}
+                for c in self.critical
+            ],
+            "modes_at_rest": [
+                {
+                    "frequency_hz": m.frequency_hz,
+                    "damping_ratio": m.damping_ratio,
+                    "logarithmic_decrement": _finite(m.logarithmic_decrement),
+                    "whirl": m.whirl,
+                    "kind": m.kind,
+                }
+                for m in self.modes
+            ],
+            "sensitivity": [
+                {"speed_rpm": s.speed * RPM, "loop": p.loop, "peak": p.value, "frequency_hz": p.frequency / (2 * math.pi), "zone": p.zone}
+                for s in self.sensitivities
+                for p in s.peaks
+            ],
+            "warnings": [f.text for f in self.findings],
+        }
+        if self.equivalent is not None:
+            e = self.equivalent
+            out["equivalent_coefficients"] = {
+                "critical_speed_rpm": _finite(e.critical_speed * RPM),
+                "stability_limit_rpm": _finite(e.stability_limit * RPM),
+                "changes": [{"speed_rpm": s * RPM, "becomes": "unstable" if u else "stable"} for s, u in e.changes],
+            }
+        return out
+
+
+@one_thread
+def analyse(machine: Machine, modes: int = 8) -> Analysis:
+    """Run the standard analysis of a machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    modes : int
+        Number of modes at rest to list.
+
+    Returns
+    -------
+    Analysis
+    """
+    loop = system(machine)
+    limit = stability_limit(loop)
+    critical = critical_speeds(loop)
+    controlled = any(axis.chain is not None for axis in loop.plant.axes)
+    speeds: list[float] = []
+    if controlled and limit.status not in (UNSTABLE, MARGINAL):
+        service = machine.operation.service_speed
+        speeds = [0.0, min(service or math.inf, limit.speed * (0.9 if limit.status == FOUND else 1.0))]
+    equivalent = None
+    if controlled:
+        try:
+            equivalent = equivalent_coefficients(machine)
+        except ModelError:  # anisotropic or not collocated: the method has nothing to say
+            equivalent = None
+    return Analysis(
+        machine=machine,
+        size=loop.size,
+        complex_form=loop.complex_form,
+        limit=limit,
+        critical=critical,
+        modes=tuple(m for m in spectrum(loop) if m.whirl != "none" and m.damping_ratio < OVERDAMPED)[:modes],
+        sensitivities=tuple(sensitivity(loop, s) for s in speeds),
+        equivalent=equivalent,
+        findings=findings(loop, limit, critical, modes),
+    )
+
+
+def _onset(onset: Onset) -> dict[str, Any]:
+    return {
+        "speed_rpm": onset.speed * RPM,
+        "becomes": "unstable" if onset.unstable else "stable",
+        "unstable_modes_above": onset.count,
+        "whirl_frequency_hz": onset.mode.frequency_hz,
+        "mode": onset.mode.describe(),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
