@@ -171,9 +171,15 @@ class Walk:
             )
         self.eigendecompositions += 1
         matrix = self.a0 + speed * self.a1
-        values, right = np.linalg.eig(matrix)
-        left = sla.inv(right, check_finite=False)
-        return Eigensystem(speed, values, right, left, left @ self.a1 @ right, float(np.linalg.norm(matrix)))
+        norm = float(np.linalg.norm(matrix))
+        try:
+            values, right = np.linalg.eig(matrix)
+            left = sla.inv(right, check_finite=False)
+        except np.linalg.LinAlgError:  # a defective matrix: one within rounding of it has all its eigenvectors
+            nearby = np.random.default_rng(0).standard_normal(matrix.shape) * (np.finfo(float).eps * norm / len(matrix))
+            values, right = np.linalg.eig(matrix + nearby)
+            left = sla.inv(right, check_finite=False)
+        return Eigensystem(speed, values, right, left, left @ self.a1 @ right, norm)
 
     def events(self, top: float, start: Eigensystem | None = None) -> Iterator[Range | Crossing]:
         """Cover the speeds from rest to the top with certified ranges.

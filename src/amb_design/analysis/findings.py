@@ -16,7 +16,7 @@ from ..spec.magnet import Magnet
 from ..spec.paths import replace
 from .critical import CriticalSpeed, critical_speeds
 from .frequency import Chain
-from .modes import OVERDAMPED, Mode
+from .modes import Mode
 from .polish import sparse
 from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, StabilityLimit, stability_limit
@@ -25,6 +25,12 @@ from .unbalance import UnbalanceResponse, major_axis, unbalance_response
 
 COARSE = 1e-3
 """Frequencies that move by more than this fraction on a twice finer mesh are not converged."""
+
+SHORT_STROKE = 0.02
+"""Fraction of the clearance below which the motion that uses up the bias is worth a warning."""
+
+LIGHT = 0.3
+"""Modes with a larger damping ratio hardly show in a response; their mesh convergence is of no interest."""
 
 MISLEADING = 0.01
 """A stability limit that hysteretic damping moves by more than this fraction deserves a warning."""
@@ -37,7 +43,7 @@ class Finding:
     Attributes
     ----------
     topic : str
-        ``"stability"``, ``"marginal"``, ``"weight"``, ``"current"``, ``"force"``, ``"flux"``, ``"voltage"``, ``"clearance"``,
+        ``"stability"``, ``"marginal"``, ``"weight"``, ``"stroke"``, ``"current"``, ``"force"``, ``"flux"``, ``"voltage"``, ``"clearance"``,
         ``"hysteretic"``, ``"mesh"`` or ``"certificate"``.
     text : str
         One or two sentences with the numbers.
@@ -73,29 +79,28 @@ def findings(
     loop = machine if isinstance(machine, System) else system(machine)
     limit = limit or stability_limit(loop)
     critical = critical_speeds(loop) if critical is None else critical
-    found = [*_stability(loop, limit), *_weight(loop), *_stroke(loop, critical)]
+    found = [*_stability(limit), *_weight(loop), *_stroke(loop, critical)]
     response = _stable_response(loop, limit)
     if response is not None:
         found += [*_currents(response), *_flux(response), *_voltage(response), *_clearance(response)]
     return tuple([*found, *_hysteretic(loop, limit), *_mesh(loop, modes)])
 
 
-def _stability(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
-    name = loop.machine.name
+def _stability(limit: StabilityLimit) -> Iterator[Finding]:
     if limit.status == UNSTABLE:
         worst = limit.unstable_at_rest[0]
         more = len(limit.unstable_at_rest) - 1
         others = f", and {more} more mode{'s are' if more > 1 else ' is'} unstable" if more else ""
         yield Finding(
             "stability",
-            f"{name} is unstable at rest: the {worst.describe()} grows at {worst.eigenvalue.real:+.4g} 1/s{others}. "
+            f"The machine is unstable at rest: the {worst.describe()} grows at {worst.eigenvalue.real:+.4g} 1/s{others}. "
             "No response, sensitivity or critical speed of this machine can be observed.",
         )
     elif limit.status == MARGINAL:
         assert limit.mode is not None
         yield Finding(
             "marginal",
-            f"{name} has modes without any damping (the {limit.mode.describe()} for one): their real parts are zero to "
+            f"The machine has modes without any damping (the {limit.mode.describe()} for one): their real parts are zero to "
             "rounding, so that it is neither stable nor unstable and has no stability limit.",
         )
     if not limit.certified:
@@ -120,21 +125,26 @@ def _weight(loop: System) -> Iterator[Finding]:
     if not machine.magnets or any(c is None for c in capacities) or gravity == 0.0:
         return
     loads = gravity * np.array(static_shares(loop))
-    helped = bool(machine.bearings or machine.pins)
-    for i, (magnet, capacity, load) in enumerate(zip(machine.magnets, capacities, loads, strict=True)):
-        assert capacity is not None
-        along = max(abs(math.cos(magnet.axes_angle)), abs(math.sin(magnet.axes_angle))) * load
-        if along > capacity:
-            rest = (
-                " The passive bearings have to stay, and integral action would drive the magnet into saturation."
-                if helped
-                else " It cannot lift the rotor."
-            )
-            yield Finding(
-                "weight",
-                f"magnets[{i}] can pull {capacity:.4g} N along an axis at full modulation of its bias, but its share of the "
-                f"rotor's weight is {along:.4g} N ({along / capacity:.3g} times as much)." + rest,
-            )
+    angles = [max(abs(math.cos(m.axes_angle)), abs(math.sin(m.axes_angle))) for m in machine.magnets]
+    ratios = loads * angles / np.array(capacities, float)
+    i = int(np.argmax(ratios))
+    if ratios[i] > 1.0:
+        helped = machine.bearings or machine.pins
+        rest = (
+            "The passive bearings have to stay, and integral action would drive the magnet into saturation."
+            if helped
+            else "It cannot lift the rotor."
+        )
+        yield Finding(
+            "weight",
+            f"{_which(machine, i)} can pull {capacities[i]:.4g} N along an axis at full modulation of its bias, but its share of "
+            f"the rotor's weight is {loads[i] * angles[i]:.4g} N ({ratios[i]:.3g} times as much). " + rest,
+        )
+
+
+def _which(machine: Machine, index: int) -> str:
+    """The magnet that a finding names, as the worst where there are several."""
+    return f"magnets[{index}]" + (f" (the worst of {len(machine.magnets)})" if len(machine.magnets) > 1 else "")
 
 
 def static_shares(loop: System) -> list[float]:
@@ -166,20 +176,24 @@ def _stroke(loop: System, critical: tuple[CriticalSpeed, ...]) -> Iterator[Findi
     first = next((c for c in critical if c.whirl != "backward" and c.kind == "rotor"), None)
     if first is None:
         return
+    worst: tuple[float, float, int] | None = None
     for axis in loop.plant.axes:
         magnet = loop.machine.magnets[axis.magnet]
-        if axis.chain is None or magnet.bias_current is None:
+        room = magnet.clearance or magnet.gap
+        if axis.chain is None or magnet.bias_current is None or room is None:
             continue
         gain = abs(Chain(axis.chain).at(first.speed))
-        stroke = magnet.bias_current / gain if gain else math.inf
-        reference = magnet.clearance or magnet.gap
-        if reference is not None and stroke < 0.02 * reference:
-            yield Finding(
-                "current",
-                f"{axis.name}: at the first critical speed ({first.speed_rpm:.4g} rpm) the chain asks for {gain * 1e-6:.3g} A per "
-                f"micrometre, so that {stroke * 1e6:.2g} um of motion use up the {magnet.bias_current:.3g} A of bias. "
-                "All linear results hold for smaller motions only.",
-            )
+        if gain and (worst is None or magnet.bias_current / gain / room < worst[0]):
+            worst = magnet.bias_current / gain / room, gain, axis.magnet
+    if worst is not None and worst[0] < SHORT_STROKE:
+        share, gain, i = worst
+        bias = loop.machine.magnets[i].bias_current
+        yield Finding(
+            "stroke",
+            f"{_which(loop.machine, i)}: at the first critical speed ({first.speed_rpm:.4g} rpm) the chain asks for "
+            f"{gain * 1e-6:.3g} A per micrometre, so that {bias / gain * 1e6:.2g} um of motion use up the {bias:.3g} A of bias. "
+            "All linear results hold for smaller motions only.",
+        )
 
 
 def _stable_response(loop: System, limit: StabilityLimit) -> UnbalanceResponse | None:
@@ -195,82 +209,89 @@ def _stable_response(loop: System, limit: StabilityLimit) -> UnbalanceResponse |
         return None
 
 
-def _first(response: UnbalanceResponse, exceeds: np.ndarray) -> str:
-    """First speed at which something is exceeded, in rpm."""
-    return f"{float(response.speeds[int(np.argmax(exceeds))]) * 30.0 / math.pi:.4g} rpm"
+def _exceeding(response: UnbalanceResponse, quantity: dict[int, np.ndarray], limits: dict[int, float]) -> tuple[int, str, float, str] | None:
+    """The magnet that exceeds its limit most: index, first speed beyond it, peak, and speed of the peak."""
+    ratios = {i: float(quantity[i].max()) / limits[i] for i in limits}
+    worst = max(ratios, key=lambda i: ratios[i], default=None)
+    if worst is None or ratios[worst] <= 1.0:
+        return None
+    values, speeds = quantity[worst], response.speeds * 30.0 / math.pi
+    first = speeds[int(np.argmax(values > limits[worst]))]
+    return worst, f"{first:.4g} rpm", float(values.max()), f"{speeds[int(np.argmax(values))]:.4g} rpm"
 
 
 def _currents(response: UnbalanceResponse) -> Iterator[Finding]:
-    for i, magnet in enumerate(response.machine.magnets):
-        current = response.peak_currents[:, i]
-        if magnet.bias_current is not None and current.max() > magnet.bias_current:
-            where = response.speeds[int(np.argmax(current))] * 30.0 / math.pi
-            yield Finding(
-                "current",
-                f"magnets[{i}]: the unbalance asks for more control current than the bias of {magnet.bias_current:.3g} A from "
-                f"{_first(response, current > magnet.bias_current)} on (linear peak {current.max():.3g} A at {where:.4g} rpm); "
-                "the linear loop ends there.",
-            )
-        if magnet.max_current is not None and magnet.bias_current is not None:
-            total = current + magnet.bias_current
-            if total.max() > magnet.max_current:
-                yield Finding(
-                    "current",
-                    f"magnets[{i}]: bias plus control current reach {total.max():.3g} A under the unbalance, above the limit of "
-                    f"{magnet.max_current:.3g} A, from {_first(response, total > magnet.max_current)} on.",
-                )
+    magnets = dict(enumerate(response.machine.magnets))
+    control = {i: response.peak_currents[:, i] for i in magnets}
+    bias = {i: float(m.bias_current) for i, m in magnets.items() if m.bias_current is not None}
+    if found := _exceeding(response, control, bias):
+        i, first, peak, where = found
+        yield Finding(
+            "current",
+            f"{_which(response.machine, i)}: the unbalance asks for more control current than the bias of {bias[i]:.3g} A from "
+            f"{first} on (linear peak {peak:.3g} A at {where}); the linear results end there.",
+        )
+    limits = {i: float(m.max_current) for i, m in magnets.items() if m.max_current is not None and i in bias}
+    if found := _exceeding(response, {i: control[i] + bias[i] for i in limits}, limits):
+        i, first, peak, where = found
+        yield Finding(
+            "current",
+            f"{_which(response.machine, i)}: bias plus control current reach {peak:.3g} A under the unbalance at {where}, above "
+            f"the limit of {limits[i]:.3g} A, from {first} on.",
+        )
 
 
-def _at_magnet(response: UnbalanceResponse, index: int) -> np.ndarray:
+def _motion(response: UnbalanceResponse, index: int) -> np.ndarray:
     return major_axis(response.at(float(response.machine.magnets[index].position)))
 
 
 def _flux(response: UnbalanceResponse) -> Iterator[Finding]:
-    for i, magnet in enumerate(response.machine.magnets):
-        if magnet.max_flux_density is None or not magnet.has_geometry:
+    flux, limits = {}, {}
+    for i, m in enumerate(response.machine.magnets):
+        if m.max_flux_density is None or not m.has_geometry:
             continue
-        motion = np.minimum(_at_magnet(response, i), 0.9 * magnet.gap)
-        current = np.minimum(response.peak_currents[:, i], magnet.bias_current)
-        flux = np.array([float(magnetics.flux_density(magnet, c, y)) for c, y in zip(current, motion, strict=True)])
-        if flux.max() > magnet.max_flux_density:
-            yield Finding(
-                "flux",
-                f"magnets[{i}]: the flux density reaches {flux.max():.3g} T, above the {magnet.max_flux_density:.3g} T given as its "
-                f"limit, from {_first(response, flux > magnet.max_flux_density)} on; the force law no longer holds.",
-            )
+        motion = np.minimum(_motion(response, i), 0.9 * m.gap)
+        current = np.minimum(response.peak_currents[:, i], m.bias_current)
+        flux[i] = np.array([float(magnetics.flux_density(m, c, y)) for c, y in zip(current, motion, strict=True)])
+        limits[i] = float(m.max_flux_density)
+    if found := _exceeding(response, flux, limits):
+        i, first, peak, where = found
+        yield Finding(
+            "flux",
+            f"{_which(response.machine, i)}: the flux density reaches {peak:.3g} T at {where}, above its limit of {limits[i]:.3g} T, "
+            f"from {first} on; the force law no longer holds there.",
+        )
 
 
 def _voltage(response: UnbalanceResponse) -> Iterator[Finding]:
-    for i, magnet in enumerate(response.machine.magnets):
-        if magnet.link_voltage is None or not magnet.has_geometry:
+    voltage, limits = {}, {}
+    for i, m in enumerate(response.machine.magnets):
+        if m.link_voltage is None or not m.has_geometry:
             continue
-        speed = response.speeds
-        current, motion = response.currents[:, i], np.abs(_at_magnet(response, i))
-        inductance = float(magnetics.inductance(magnet))
-        back = float(magnetics.current_stiffness(magnet)) / (2.0 * math.cos(magnet.half_angle))
-        amplitude = np.abs(current).max(axis=1)
-        resistance = magnet.resistance or 0.0
-        voltage = speed * inductance * amplitude + resistance * (magnet.bias_current + amplitude) + back * speed * motion
-        if voltage.max() > magnet.link_voltage:
-            yield Finding(
-                "voltage",
-                f"magnets[{i}]: the coils need up to {voltage.max():.3g} V under the unbalance, more than the link's "
-                f"{magnet.link_voltage:.3g} V, from {_first(response, voltage > magnet.link_voltage)} on.",
-            )
+        amplitude = response.peak_currents[:, i]
+        inductive = response.speeds * float(magnetics.inductance(m)) * amplitude
+        back = float(magnetics.current_stiffness(m)) / (2.0 * math.cos(m.half_angle)) * response.speeds * _motion(response, i)
+        voltage[i] = inductive + (m.resistance or 0.0) * (m.bias_current + amplitude) + back
+        limits[i] = float(m.link_voltage)
+    if found := _exceeding(response, voltage, limits):
+        i, first, peak, where = found
+        yield Finding(
+            "voltage",
+            f"{_which(response.machine, i)}: the coils need up to {peak:.3g} V under the unbalance at {where}, more than the "
+            f"link's {limits[i]:.3g} V, from {first} on.",
+        )
 
 
 def _clearance(response: UnbalanceResponse) -> Iterator[Finding]:
-    for i, magnet in enumerate(response.machine.magnets):
-        free, what = (magnet.clearance, "backup clearance") if magnet.clearance is not None else (magnet.gap, "air gap")
-        if free is None:
-            continue
-        motion = _at_magnet(response, i)
-        if motion.max() > free:
-            yield Finding(
-                "clearance",
-                f"magnets[{i}]: the unbalance response of {motion.max() * 1e6:.3g} um exceeds the {what} of {free * 1e6:.3g} um from "
-                f"{_first(response, motion > free)} on.",
-            )
+    rooms = {i: float(m.clearance or m.gap) for i, m in enumerate(response.machine.magnets) if m.clearance or m.gap}
+    if found := _exceeding(response, {i: _motion(response, i) for i in rooms}, rooms):
+        i, first, peak, where = found
+        what = "air gap" if response.machine.magnets[i].clearance is None else "backup clearance"
+        yield Finding(
+            "clearance",
+            f"{_which(response.machine, i)}: the unbalance response reaches {peak * 1e6:.4g} um at {where}, beyond the {what} of "
+            f"{rooms[i] * 1e6:.4g} um, from {first} on.",
+        )
 
 
 def _hysteretic(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
@@ -324,7 +345,7 @@ def mesh_error(loop: System, modes: int = 8) -> tuple[float, Mode | None]:
     coarse, fine = (s.truncated(kept) for s in (loop, system(loop.machine, loop.plant.mesh.finer(2), loop.complex_form)))
     reference = np.linalg.eigvals(fine.matrix(top))
     worst: tuple[float, Mode | None] = (0.0, None)
-    shown = [m for m in spectrum(coarse, top) if m.whirl != "none" and m.damping_ratio < OVERDAMPED]
+    shown = [m for m in spectrum(coarse, top) if m.whirl != "none" and m.damping_ratio < LIGHT]
     for mode in shown[:modes]:
         change = float(np.abs(reference - mode.signed).min()) / abs(mode.signed)
         if change > worst[0]:

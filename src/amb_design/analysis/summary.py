@@ -7,14 +7,17 @@ published figures are compared with, and what other programs may rely on; speeds
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import ModelError
 from ..spec.machine import Machine
+from ..spec.paths import metadata, value
 from .critical import CriticalSpeed, critical_speeds
 from .equivalent import Equivalent, equivalent_coefficients
 from .findings import Finding, findings
+from .gradient import stability_gradient
 from .modes import OVERDAMPED, Mode
 from .sensitivity import Sensitivity, sensitivity
 from .spectrum import spectrum
@@ -42,6 +45,9 @@ class Analysis:
         At rest, with the lowest whirl frequencies.
     sensitivities : tuple of Sensitivity
         At rest and at speed; empty without control loops or where the machine is unstable.
+    gradient : mapping of str to float
+        Derivative of the stability limit with respect to every number of the machine [rad/s per SI unit]; empty if no
+        limit was found.
     equivalent : Equivalent or None
         What the equivalent-coefficient method would say; None where it does not apply.
     findings : tuple of Finding
@@ -54,8 +60,26 @@ class Analysis:
     critical: tuple[CriticalSpeed, ...]
     modes: tuple[Mode, ...]
     sensitivities: tuple[Sensitivity, ...]
+    gradient: Mapping[str, float]
     equivalent: Equivalent | None
     findings: tuple[Finding, ...]
+
+    def _ranked(self) -> list[dict[str, Any]]:
+        """What moves the stability limit, the strongest first: its change for one per cent of each number."""
+        rows = []
+        for path, slope in self.gradient.items():
+            nominal = float(value(self.machine, path))
+            if slope and nominal:
+                rows.append(
+                    {
+                        "number": path,
+                        "value": nominal,
+                        "unit": metadata(self.machine, path)["unit"],
+                        "rpm_per_unit": slope * RPM,
+                        "rpm_per_percent": slope * RPM * nominal / 100.0,
+                    }
+                )
+        return sorted(rows, key=lambda r: -abs(r["rpm_per_percent"]))
 
     def document(self) -> dict[str, Any]:
         """The result as nested dicts, lists, strings and finite numbers."""
@@ -99,7 +123,9 @@ class Analysis:
                 for s in self.sensitivities
                 for p in s.peaks
             ],
+            "limit_sensitivities": self._ranked(),
             "warnings": [f.text for f in self.findings],
+            "warning_topics": [f.topic for f in self.findings],
         }
         if self.equivalent is not None:
             e = self.equivalent
@@ -147,6 +173,7 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
         critical=critical,
         modes=tuple(m for m in spectrum(loop) if m.whirl != "none" and m.damping_ratio < OVERDAMPED)[:modes],
         sensitivities=tuple(sensitivity(loop, s) for s in speeds),
+        gradient=stability_gradient(machine, limit.mode) if limit.status == FOUND else {},
         equivalent=equivalent,
         findings=findings(loop, limit, critical, modes),
     )

@@ -1,0 +1,202 @@
+"""Command line: thin commands, each one API call.
+
+Results go to standard output, progress and errors to standard error. Exit status 0 is success, 2 bad input, 3 a
+solution that did not arrive.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from . import __version__
+from .errors import AmbDesignError, SolveError, SpecError
+
+app = typer.Typer(
+    name="amb-design",
+    help="Flexible composite rotors on active magnetic bearings: analysis and design.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+Target = Annotated[str, typer.Argument(help="machine file, folder with a machine.toml, or name of a packaged problem")]
+Json = Annotated[bool, typer.Option("--json", help="print one JSON document instead of tables")]
+Variant = Annotated[str | None, typer.Option(help="one variant of the file instead of all")]
+
+
+def _version(show: bool) -> None:
+    if show:
+        typer.echo(f"amb-design {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and stop")
+    ] = False,
+) -> None:
+    """Flexible composite rotors on active magnetic bearings: analysis and design."""
+
+
+@app.command(name="list")
+def list_problems(as_json: Json = False) -> None:
+    """List the packaged problems."""
+    from . import console
+    from .spec.files import FILE_NAME, load_variants, loads, packaged
+
+    rows = []
+    for name, folder in packaged().items():
+        machine = loads((folder / FILE_NAME).read_text(encoding="utf-8"), file=str(folder))
+        variants = [v for v in load_variants(folder) if v != machine.name]
+        rows.append({"name": name, "source": machine.source.get("title", ""), "variants": variants})
+    _print(as_json, {"problems": rows}, lambda: console.problems(rows))
+
+
+@app.command()
+def check(target: Target, variant: Variant = None, as_json: Json = False) -> None:
+    """Read a machine file and say in words what it describes."""
+    from . import console
+    from .analysis.outline import outline
+
+    documents = {name: outline(machine) for name, machine in _machines(target, variant).items()}
+    _print(as_json, _nested(documents), lambda: console.outlines(documents))
+
+
+@app.command()
+def analyse(
+    target: Target,
+    variant: Variant = None,
+    out: Annotated[Path | None, typer.Option(help="folder for figures and analysis.json")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="processes for the variants")] = min(2, os.cpu_count() or 1),
+    as_json: Json = False,
+) -> None:
+    """Critical speeds, damping, stability limit and warnings of a machine and its variants."""
+    from . import console
+    from .analysis.published import compare, published_figures
+    from .spec.files import resolve
+
+    machines = _machines(target, variant)
+    figures = published_figures(resolve(target).parent)
+    if out is not None and out.exists() and not out.is_dir():
+        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    with _staging(out) as folder:
+        documents = _analysed(machines, folder, workers)
+        comparisons = compare(figures, documents)
+        document = _nested(documents)
+        document["published"] = [console.comparison_row(c) for c in comparisons]
+        if folder is not None:
+            text = json.dumps(document, indent=2, allow_nan=False)
+            (folder / "analysis.json").write_text(text + "\n", encoding="utf-8")
+    _print(as_json, document, lambda: console.analyses(documents, comparisons, out))
+
+
+def _machines(target: str, variant: str | None) -> dict[str, Any]:
+    """The variants of a file by name, with the machine itself under the empty name unless it is one of them."""
+    from .spec.files import load, load_variants
+    from .spec.paths import replace
+
+    if variant is not None:
+        return {variant: load(target, variant)}
+    base = load(target)
+    variants = {n: m for n, m in load_variants(target).items() if n != base.name}
+    if any(replace(base, {"name": m.name}) == m for m in variants.values()):
+        return variants
+    return {"": base, **variants}
+
+
+def _analysed(machines: dict[str, Any], folder: Path | None, workers: int) -> dict[str, dict[str, Any]]:
+    """Analysis documents by variant, computed side by side where there are many, with progress on standard error."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    from .console import progress
+
+    jobs = {name: (machine, None if folder is None else folder / name) for name, machine in machines.items()}
+    done: dict[str, dict[str, Any]] = {}
+    with progress(len(jobs)) as advance:
+        if min(workers, len(jobs)) == 1 or len(jobs) < 3:
+            for name, job in jobs.items():
+                done[name] = _analyse_one(*job)
+                advance(name)
+        else:
+            with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+                futures = {pool.submit(_analyse_one, *job): name for name, job in jobs.items()}
+                for future in as_completed(futures):
+                    done[futures[future]] = future.result()
+                    advance(futures[future])
+    return {name: done[name] for name in machines}
+
+
+def _analyse_one(machine: Any, folder: Path | None) -> dict[str, Any]:
+    from .analysis.summary import analyse as run
+
+    analysis = run(machine)
+    if folder is not None:
+        from .figures import save_figures
+
+        save_figures(analysis, folder)
+    return analysis.document()
+
+
+@contextmanager
+def _staging(out: Path | None) -> Iterator[Path | None]:
+    """A temporary folder whose content moves to `out` only if all went well."""
+    if out is None:
+        yield None
+        return
+    parent = out.resolve().parent
+    if not parent.is_dir():
+        raise SpecError("does not exist", field="--out", got=str(parent), remedy="create the parent folder first")
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=parent) as temporary:
+        folder = Path(temporary)
+        yield folder
+        for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+            target = out / file.relative_to(folder)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, target)
+
+
+def _nested(documents: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """One document: the machine's own keys, and those of its variants under ``variants``."""
+    out = dict(documents.get("", {}))
+    variants = {name: d for name, d in documents.items() if name}
+    if variants:
+        out["variants"] = variants
+    return out
+
+
+def _print(as_json: bool, document: dict[str, Any], table: Callable[[], None]) -> None:
+    if as_json:
+        typer.echo(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        table()
+
+
+def main() -> NoReturn:
+    """Entry point: run a command and turn errors into one sentence and an exit status."""
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # one BLAS thread inside, processes outside
+    try:
+        app()
+    except AmbDesignError as error:
+        typer.echo(f"amb-design: {error}", err=True)
+        sys.exit(3 if isinstance(error, SolveError) else 2)
+    except BrokenPipeError:  # the reader of our output has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    sys.exit(0)
+
+
+if __name__ == "__main__":
+    main()

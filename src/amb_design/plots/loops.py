@@ -1,0 +1,229 @@
+"""The control loops in the frequency domain: sensitivity with the zones of ISO 14839-3, and the open loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, MultipleLocator, NullFormatter
+
+from ..analysis.sensitivity import ZONES, Sensitivity, SensitivityOverSpeed, zone
+from ..analysis.system import Array
+from ..units import RPM
+from .base import COLOURS, INK, LIGHT, canvas, figure_of, legend_above, page, shade
+
+HZ = 2.0 * math.pi
+
+ZONE_COLOURS = {"A": "#eef5ee", "B": "#fff6d9", "C": "#fde6cf", "D": "#f9d6d5"}
+
+
+def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None = None) -> Axes:
+    """Draw the sensitivity of each control loop over the frequency, with the zones of ISO 14839-3.
+
+    Parameters
+    ----------
+    result : Sensitivity
+        From `amb_design.sensitivity`.
+    decibels : bool
+        False gives a linear ordinate.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes
+        Frequencies in Hz; one curve for loops that are alike, their peaks marked and told in the legend.
+    """
+    scale = _decibels if decibels else np.asarray
+    with canvas(ax) as ax:
+        _frequency_axis(ax, result)
+        ax.set_ylabel("sensitivity |S| [dB]" if decibels else "sensitivity |S|")
+        ax.plot(_hz(result), 0.0 * result.frequencies + scale(np.array(1.0)), color=INK, linewidth=0.6)
+        for k, group in enumerate(_alike(result.sensitivity)):
+            peak = max((result.peaks[j] for j in group), key=lambda p: p.value)
+            colour = COLOURS[k % len(COLOURS)]
+            size = f"{scale(np.array(peak.value)):.1f} dB" if decibels else f"{peak.value:.2f}"
+            where = f"{peak.frequency / HZ:.3g} Hz"
+            name = f"{_names(result, group)}: {size} at {where}, zone {peak.zone}"
+            y = scale(np.abs(result.sensitivity[:, group[0]]))
+            ax.plot(_hz(result), y, color=colour, label=name, gid="curve")
+            ax.plot(
+                [peak.frequency / HZ],
+                [scale(np.array(peak.value))],
+                "o",
+                color=colour,
+                markeredgecolor="white",
+                zorder=4,
+                gid="peak",
+            )
+        highest = max(result.worst.value, ZONES[-1][1])
+        low, high = (-30.0, _decibels(np.array(highest)) + 4.0) if decibels else (0.0, 1.15 * highest)
+        ax.set_ylim(low, high)
+        if decibels:
+            ax.yaxis.set_major_locator(MultipleLocator(10.0))
+        _zones(ax, decibels)
+        legend_above(ax)
+    return ax
+
+
+def sensitivity_over_speed(result: SensitivityOverSpeed, *, ax: Axes | None = None) -> Axes:
+    """Draw the peak sensitivity of each control loop over the spin speed, with the zones of ISO 14839-3.
+
+    Parameters
+    ----------
+    result : SensitivityOverSpeed
+        From `amb_design.sensitivity_over_speed`.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes
+        Speeds in rpm; peaks as ratios, on a logarithmic axis if one exceeds 20.
+    """
+    with canvas(ax) as ax:
+        ax.set_xlim(float(result.speeds[0]) / RPM, float(result.speeds[-1]) / RPM)
+        ax.set_xlabel("spin speed [rpm]")
+        ax.set_ylabel("peak sensitivity")
+        for k, group in enumerate(_alike(result.peaks)):
+            worst = float(result.peaks[:, group].max())
+            ax.plot(
+                result.speeds / RPM,
+                result.peaks[:, group[0]],
+                marker=".",
+                color=COLOURS[k % len(COLOURS)],
+                label=f"{_joined(result.loops, group)}: up to {worst:.2f}, zone {zone(worst)}",
+                gid="curve",
+            )
+        if result.worst > 20.0:
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+            ax.yaxis.set_minor_formatter(NullFormatter())
+            ax.set_ylim(1.0, 1.5 * result.worst)
+        else:
+            ax.set_ylim(0.0, max(1.2 * ZONES[-1][1], 1.1 * result.worst))
+        _zones(ax, decibels=False)
+        legend_above(ax)
+    return ax
+
+
+def open_loop(result: Sensitivity, *, axes: Sequence[Axes] | None = None) -> tuple[Axes, Axes]:
+    """Draw the Bode diagram of each open loop, all others closed.
+
+    Parameters
+    ----------
+    result : Sensitivity
+        From `amb_design.sensitivity`.
+    axes : sequence of two Axes, optional
+        For magnitude and phase; a new figure if left out.
+
+    Returns
+    -------
+    tuple of Axes
+        Magnitude in dB and phase in degrees, over Hz.
+    """
+    if axes is not None:
+        upper, lower = axes
+        _bode(result, upper, lower)
+        return upper, lower
+    with page(height=4.4) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        _bode(result, upper, lower)
+        upper.set_xlabel("")
+    return upper, lower
+
+
+def _bode(result: Sensitivity, upper: Axes, lower: Axes) -> None:
+    groups = _alike(result.open_loop)
+    for k, group in enumerate(groups):
+        values = result.open_loop[:, group[0]]
+        colour = COLOURS[k % len(COLOURS)]
+        upper.plot(_hz(result), _decibels(np.abs(values)), color=colour, label=_names(result, group), gid="curve")
+        lower.plot(*_unbroken(_hz(result), np.degrees(np.angle(values))), color=colour, gid="curve")
+    upper.axhline(0.0, color=INK, linewidth=0.7, zorder=1.0)
+    upper.set_ylabel("open loop |L| [dB]")
+    lower.set_ylabel("phase [deg]")
+    lower.set_ylim(-190.0, 190.0)
+    lower.yaxis.set_major_locator(MultipleLocator(90.0))
+    for ax in (upper, lower):
+        _frequency_axis(ax, result)
+    legend_above(upper)
+
+
+def _unbroken(x: Array, phase: Array) -> tuple[Array, Array]:
+    """A gap wherever the phase jumps from one end of its range to the other."""
+    jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
+    return np.insert(x, jumps, np.nan), np.insert(phase, jumps, np.nan)
+
+
+def _frequency_axis(ax: Axes, result: Sensitivity) -> None:
+    ax.set_xscale("log")
+    positive = _hz(result)[result.frequencies > 0.0]
+    ax.set_xlim(float(positive[0]), float(positive[-1]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    ax.set_xlabel("frequency [Hz]")
+
+
+def _zones(ax: Axes, decibels: bool) -> None:
+    """Bands of the zones, named at the right edge."""
+    bounds = [0.0, *(limit for _, limit in ZONES), 1e6]
+    low, high = ax.get_ylim()
+    for name, start, stop in zip("ABCD", bounds, bounds[1:], strict=False):
+        y = [float(_decibels(np.array(max(b, 1e-9)))) if decibels else b for b in (start, stop)]
+        shade(ax, f"zone {name}", None, (y[0], y[1]), ZONE_COLOURS[name])
+        bottom, top = max(y[0], low), min(y[1], high)
+        logarithmic = ax.get_yscale() == "log"
+        place = math.sqrt(max(bottom, 1e-9) * top) if logarithmic else (bottom + top) / 2.0
+        if name == "A":  # close to its upper bound, where it matters
+            place = y[1] * 0.88 if logarithmic else y[1] - 0.05 * (high - low)
+        ax.annotate(
+            name,
+            (1.0, place),
+            xycoords=ax.get_yaxis_transform(),
+            xytext=(4.0, 0.0),
+            textcoords="offset points",
+            va="center",
+            fontsize="small",
+            color=INK,
+            annotation_clip=False,
+            gid=f"zone {name}",
+        )
+        if name != "D":
+            ax.axhline(y[1], color=LIGHT, linewidth=0.7, zorder=0.2)
+
+
+def _alike(curves: Array) -> list[list[int]]:
+    """Columns that agree drawn as one, such as the two axes of a magnet in an isotropic machine."""
+    groups: list[list[int]] = []
+    size = np.abs(curves)
+    for j in range(curves.shape[1]):
+        for group in groups:
+            if np.allclose(size[:, j], size[:, group[0]], rtol=1e-4, atol=0.0):
+                group.append(j)
+                break
+        else:
+            groups.append([j])
+    return groups
+
+
+def _names(result: Sensitivity, group: Sequence[int]) -> str:
+    return _joined(result.loops, group)
+
+
+def _joined(loops: Sequence[str], group: Sequence[int]) -> str:
+    """``magnets[0] y, z`` for the loops of a group."""
+    axes: dict[str, list[str]] = {}
+    for j in group:
+        magnet, _, axis = loops[j].rpartition(" ")
+        axes.setdefault(magnet, []).append(axis)
+    return "; ".join(f"{magnet} {', '.join(found)}".strip() for magnet, found in axes.items())
+
+
+def _hz(result: Sensitivity) -> Array:
+    return np.asarray(result.frequencies / HZ)
+
+
+def _decibels(values: Array) -> Array:
+    return np.asarray(20.0 * np.log10(np.maximum(values, 1e-12)))
