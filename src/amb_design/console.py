@@ -190,8 +190,10 @@ def _overview(console: Console, documents: Mapping[str, Document]) -> None:
 def _claim(equivalent: Document | None) -> str:
     if equivalent is None:
         return ""
-    words = {"unstable": "unstable from", "stable": "stable again from"}
-    changes = [f"{words[c['becomes']]} {c['speed_rpm']:.0f}" for c in equivalent["changes"]]
+    changes = []
+    for i, c in enumerate(equivalent["changes"]):
+        words = "unstable from" if c["becomes"] == "unstable" else "stable again from" if i else "unstable below"
+        changes.append(f"{words} {c['speed_rpm']:.0f}")
     return ", ".join(changes) or "stable"
 
 

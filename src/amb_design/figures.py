@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from . import plots
 from .analysis.campbell import campbell
+from .analysis.modes import OVERDAMPED
 from .analysis.sensitivity import sensitivity_over_speed
 from .analysis.spectrum import spectrum
 from .analysis.stability import FOUND, MARGINAL, UNSTABLE
@@ -31,30 +34,31 @@ def save_figures(analysis: Analysis, folder: Path, formats: tuple[str, ...] = ("
     formats : tuple of str
         File formats.
     """
-    machine, limit = analysis.machine, analysis.limit
+    machine, limit, critical = analysis.machine, analysis.limit, analysis.critical
     loop = system(machine)
     folder.mkdir(parents=True, exist_ok=True)
+
+    def draw(name: str, plot: Callable[..., Any], *args: Any, **options: Any) -> None:
+        drawing = plot(*args, **options)
+        for i, f in enumerate(formats):
+            plots.save(drawing, folder / f"{name}.{f}", close=i == len(formats) - 1)
+
     diagram = campbell(loop, np.linspace(0.0, limit.top_speed, SPEEDS), critical=False)
-    diagram = replace(diagram, critical=analysis.critical)
-    stable = limit.status not in (UNSTABLE, MARGINAL)
-
-    def draw(name, plot, *args, **kwargs):  # type: ignore[no-untyped-def]
-        plots.save(plot(*args, **kwargs), [folder / f"{name}.{f}" for f in formats])
-
     draw("machine", plots.machine, machine)
-    draw("campbell", plots.campbell, diagram, limit=limit)
-    draw("damping", plots.damping_ratios, diagram)
+    draw("campbell", plots.campbell, replace(diagram, critical=critical), limit=limit)
+    draw("damping", plots.damping_ratios, diagram, limit=limit)
     draw("real_part", plots.real_part, diagram, limit=limit)
-    shown = [m for m in spectrum(loop, limit.speed if limit.status == FOUND else 0.0) if m.damping_ratio < 0.5]
-    draw("modes", plots.mode_shapes, [m for m in shown if m.whirl != "none"][:4], loop.node_positions)
-    if stable and any(d.unbalance for d in machine.rotor.disks):
-        top = limit.speed
-        response = unbalance_response(loop, np.linspace(top / 500.0, top, 500))
-        draw("unbalance", plots.unbalance, response)
+    at = limit.speed if limit.status == FOUND else 0.0
+    light = [m for m in spectrum(loop, at) if m.whirl != "none" and m.damping_ratio < OVERDAMPED]
+    draw("modes", plots.mode_shapes, light[:4], loop)
+    if limit.status not in (UNSTABLE, MARGINAL) and any(d.unbalance for d in machine.rotor.disks):
+        response = unbalance_response(loop, np.linspace(limit.speed / 500.0, limit.speed, 500))
+        draw("unbalance", plots.unbalance, response, critical=critical)
         if machine.magnets:
-            draw("currents", plots.currents, response)
+            draw("currents", plots.currents, response, critical=critical)
     if analysis.sensitivities:
-        draw("sensitivity", plots.sensitivity, analysis.sensitivities[0])
-        draw("open_loop", plots.open_loop, analysis.sensitivities[0])
-        last = analysis.sensitivities[-1].speed
-        draw("sensitivity_over_speed", plots.sensitivity_over_speed, sensitivity_over_speed(loop, np.linspace(0.0, last, 9)))
+        rest, fast = analysis.sensitivities[0], analysis.sensitivities[-1]
+        draw("sensitivity", plots.sensitivity, rest)
+        draw("open_loop", plots.open_loop, rest)
+        speeds = np.linspace(0.0, fast.speed, 9)
+        draw("sensitivity_over_speed", plots.sensitivity_over_speed, sensitivity_over_speed(loop, speeds))

@@ -147,8 +147,9 @@ def test_zorzi_nelson_viscous(key: str, theory: str) -> None:
     machine = zorzi_nelson(theory, viscous_damping=eta)
     tolerance = 1e-3
     expected = np.array([complex(*r) for r in out["viscous_eta2e4_eig_4000rpm"]])
-    whirling = [m for m in ad.spectrum(machine, 4000 * RPM) if m.whirl != "none"][: len(expected)]
-    computed = np.array([m.eigenvalue for m in whirling])
+    # eta_v overdamps the high modes: their slow halves, near -1/eta_v + i Omega, are no whirl
+    whirling = [m for m in ad.spectrum(machine, 4000 * RPM) if m.damping_ratio < 0.5]
+    computed = np.array([m.eigenvalue for m in whirling[: len(expected)]])
     within(computed.imag, expected.imag, tolerance, f"{machine.name}, damped whirl at 4000 rpm")
     if theory == "rayleigh":  # no tolerance is stated for real parts; this theory has no shear to be damped or not
         within(computed.real, expected.real, tolerance, f"{machine.name}, real parts at 4000 rpm")

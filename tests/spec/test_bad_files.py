@@ -6,7 +6,7 @@ import string
 from pathlib import Path
 
 import pytest
-from bad_files import BAD_FILES, GOOD, BadFile, write
+from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 

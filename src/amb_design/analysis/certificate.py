@@ -73,7 +73,10 @@ class Eigensystem:
     @cached_property
     def certified(self) -> tuple[float, float]:
         """Range of speeds over which the number of unstable eigenvalues is proven constant."""
-        d = np.sqrt(2.0 * np.maximum(np.abs(self.values.real), np.finfo(float).tiny))
+        distance = np.abs(self.values.real)
+        if distance.min() <= np.finfo(float).eps ** 2 * self.norm:  # on the axis: nothing is proven
+            return self.speed, self.speed
+        d = np.sqrt(2.0 * distance)
         scaled = self.coupling / d[:, None] / d
         s = perron(np.abs(scaled))
         scaled = scaled / s[:, None] * s
@@ -225,7 +228,7 @@ class Walk:
     def _next(self, left: Eigensystem, top: float, resolution: float) -> float:
         """Where to look behind the last known range: about as far as the next range should reach back."""
         back, reach = left.certified
-        stride = reach + 0.8 * max(reach - left.speed, min(left.speed - back, left.speed))
+        stride = reach + max(0.8 * max(reach - left.speed, min(left.speed - back, left.speed)), 0.4 * resolution)
         guess = left.predicted(+1.0)
         if guess < stride:
             stride = max(guess, reach + 0.4 * resolution)

@@ -75,6 +75,8 @@ class Mode:
 
     def describe(self) -> str:
         """The mode in words: ``forward rotor mode at 53.2 Hz``."""
+        if abs(self.eigenvalue) < 1e-2 and self.kind == "rotor":
+            return "rigid-body mode"
         if self.whirl == "none":
             return f"real {self.kind} pole at {self.eigenvalue.real:.3g} 1/s"
         return f"{self.whirl} {self.kind} mode at {self.frequency_hz:.4g} Hz"

@@ -120,8 +120,8 @@ def stability_limit(
         if loop.complex_form or rest.values[i].imag >= 0.0
     )
     undecided = np.flatnonzero(np.abs(rest.values.real) <= rest.uncertainty)
-    if len(undecided):
-        lowest = undecided[np.argmin(np.abs(rest.values[undecided]))]
+    if len(undecided) or (at_rest and first_only):
+        lowest = min(undecided, key=lambda i: abs(rest.values[i]), default=0)
         worst = at_rest[0] if at_rest else mode(loop, rest, int(lowest))
         status, speed = (UNSTABLE, 0.0) if at_rest else (MARGINAL, math.nan)
         return StabilityLimit(speed, status, True, (0.0, 0.0), worst, (), at_rest, top, 1, loop.machine)

@@ -94,6 +94,13 @@ def rotor(machine: Machine, mesh: Mesh) -> Rotor:
         - assemble("bending", eta / h * bending / lengths),
     )
     damping = assemble("bending", viscous * bending / lengths)
+    if slender:  # the shear stiffness is a penalty here: damp it too, lest its modes beyond 1e6 rad/s stay undamped
+        damping = (
+            damping
+            + assemble("shear_rr", viscous * shear / lengths)
+            + assemble("shear_rp", viscous * shear)
+            + assemble("shear_pp", viscous * shear * lengths)
+        )
     external = assemble("translation", shaft.external_damping * lengths)
     gyroscopic = assemble("rotation", polar * lengths)
     inertias = assemble("translation", mass * lengths) + assemble("rotation", diametral * lengths)

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation, Text
+from matplotlib.text import Text
 
 from ..analysis.critical import CriticalSpeed
 from ..analysis.stability import FOUND, MARGINAL, NONE, UNSTABLE, StabilityLimit
-from ..analysis.system import Array
 from ..units import RPM
 
 WIDTH = 6.3
 """Width of a figure [inch]: the text width of an A4 page."""
 
-INK, FAINT, LIGHT = "#222222", "#8a8f98", "#d9dce1"
+INK, GREY, FAINT, LIGHT = "#222222", "#5f646d", "#8a8f98", "#d9dce1"
 RED = "#c8102e"
 """Kept for what is unstable."""
 
@@ -63,6 +62,10 @@ STYLE: dict[str, Any] = {
 }
 
 
+OURS = "amb_design"
+"""Marks the figures that were opened in our style, so that what is added later matches."""
+
+
 def style() -> AbstractContextManager[None]:
     """The look of the drawings, for figures of your own.
 
@@ -79,7 +82,9 @@ def style() -> AbstractContextManager[None]:
 def canvas(ax: Axes | None, height: float = 3.6, width: float = WIDTH, **options: Any) -> Iterator[Axes]:
     """The axes given, or those of a new figure in our style, which is closed again if the drawing fails."""
     if ax is not None:
-        yield ax
+        ours = figure_of(ax).get_gid() == OURS
+        with style() if ours else nullcontext():
+            yield ax
         return
     with page(height, width) as figure:
         yield figure.add_subplot(**options)
@@ -92,6 +97,7 @@ def page(height: float, width: float = WIDTH) -> Iterator[Figure]:
 
     with style():
         figure = plt.figure(figsize=(width, height), layout="constrained")
+        figure.set_gid(OURS)
         try:
             yield figure
         except BaseException:
@@ -184,21 +190,23 @@ def shade(ax: Axes, name: str, x: tuple[float, float] | None, y: tuple[float, fl
     ax.add_artist(band)
 
 
-def mark_limit(ax: Axes, limit: StabilityLimit, *, label: str = "SLS") -> None:
+def mark_limit(
+    ax: Axes, limit: StabilityLimit, *, windows: bool = True, note_below: bool = False, text_below: bool = False
+) -> None:
     """Stability limit speed as a vertical line over a speed axis in rpm, speeds of instability shaded."""
-    for start, stop in unstable_windows(limit):
+    for start, stop in unstable_windows(limit) if windows else ():
         shade(ax, f"unstable {start:.6g}", (start / RPM, stop / RPM), None, "#fbe9ea")
     text = {
-        FOUND: f"{label} {limit.speed_rpm:.0f} rpm",
+        FOUND: f"SLS {limit.speed_rpm:.0f} rpm",
         NONE: f"stable up to {limit.speed_rpm:.0f} rpm",
         UNSTABLE: "unstable at rest",
         MARGINAL: "marginally stable",
     }[limit.status]
     if limit.status == FOUND:
         ax.axvline(limit.speed_rpm, color=RED, linewidth=1.2)
-        top_down(ax, limit.speed_rpm, text, RED)
+        along(ax, limit.speed_rpm, text, RED, after=True, below=text_below)
     else:
-        note(ax, text, RED if limit.status == UNSTABLE else INK)
+        note(ax, text, RED if limit.status == UNSTABLE else INK, below=note_below)
 
 
 def unstable_windows(limit: StabilityLimit) -> list[tuple[float, float]]:
@@ -212,40 +220,44 @@ def unstable_windows(limit: StabilityLimit) -> list[tuple[float, float]]:
     return list(zip(starts, [*stops, limit.top_speed], strict=False))
 
 
-def top_down(ax: Axes, x: float, text: str, colour: str) -> Text:
-    """A text that runs up along a vertical line to the upper edge, on whichever side there is room."""
+def along(ax: Axes, x: float, text: str, colour: str, *, after: bool, below: bool) -> Text:
+    """A text along a vertical line, at its upper or lower end, after it or before it unless there is no room."""
     low, high = ax.get_xlim()
-    room = (x - low) / (high - low) > 0.05
+    place = (x - low) / (high - low)
+    right = place < 0.95 if after else place < 0.05
     return halo(
         ax.annotate(
             text,
-            (x, 1.0),
+            (x, 0.0 if below else 1.0),
             xycoords=ax.get_xaxis_transform(),
-            xytext=(-2.0 if room else 2.0, -3.0),
+            xytext=(2.0 if right else -2.0, 4.0 if below else -3.0),
             textcoords="offset points",
             rotation=90.0,
-            ha="right" if room else "left",
-            va="top",
+            ha="left" if right else "right",
+            va="bottom" if below else "top",
             fontsize="small",
             color=colour,
+            zorder=5,
         )
     )
 
 
-def note(ax: Axes, text: str, colour: str = INK) -> Text:
-    """A remark in the upper left corner, below earlier ones."""
-    earlier = [t for t in ax.texts if t.get_gid() == "note"]
-    lines = sum(t.get_text().count("\n") + 1 for t in earlier)
+def note(ax: Axes, text: str, colour: str = INK, *, below: bool = False) -> Text:
+    """A remark in the upper left (or lower right) corner, next to earlier ones."""
+    gid = "note below" if below else "note"
+    earlier = sum(t.get_gid() == gid for t in ax.texts)
+    away = 4.0 + 10.5 * earlier
     remark = ax.annotate(
         text,
-        (0.0, 1.0),
+        (1.0, 0.0) if below else (0.0, 1.0),
         xycoords="axes fraction",
-        xytext=(5.0, -4.0 - 10.0 * lines),
+        xytext=(-5.0, away) if below else (5.0, -away),
         textcoords="offset points",
-        va="top",
+        ha="right" if below else "left",
+        va="bottom" if below else "top",
         fontsize="small",
         color=colour,
-        gid="note",
+        gid=gid,
         zorder=6,
     )
     return halo(remark)
@@ -256,10 +268,15 @@ def mark_critical(ax: Axes, critical: Sequence[CriticalSpeed]) -> None:
     shown = [c for c in critical if c.whirl != "backward" and c.kind == "rotor" and c.damping_ratio < 0.3]
     for c in shown:
         ax.axvline(c.speed_rpm, color=FAINT, linewidth=0.8, linestyle=(0, (1.0, 2.0)), zorder=0.5)
-        top_down(ax, c.speed_rpm, f"{c.speed_rpm:.0f} rpm", FAINT)
+        along(ax, c.speed_rpm, f"{c.speed_rpm:.0f} rpm", GREY, after=False, below=True)
 
 
-def finite_range(values: Array) -> tuple[float, float]:
-    """Smallest and largest finite value."""
-    finite = values[np.isfinite(values)]
-    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+def hertz(frequency: float) -> str:
+    """A frequency [rad/s] in words."""
+    value = frequency / (2.0 * math.pi)
+    return f"{value:.0f} Hz" if value >= 100.0 else f"{value:.3g} Hz"
+
+
+def minus(text: str) -> str:
+    """A text with a proper minus sign."""
+    return text.replace("-", "\u2212")

@@ -242,7 +242,7 @@ def _legend(result: Campbell, modes: Sequence[int]) -> list[Artist]:
                     markersize=5.0,
                     markerfacecolor=face,
                     markeredgecolor=INK,
-                    label=f"critical [rpm], {whirl}",
+                    label=f"critical, {whirl}",
                 )
             )
     return handles

@@ -14,10 +14,10 @@ from ..analysis.modes import WHIRL_FREQUENCY
 from ..analysis.stability import FOUND, StabilityLimit
 from ..analysis.system import Array
 from ..units import RPM
-from .base import COLOURS, DASHES, INK, RED, canvas, halo, legend_above, mark_limit, note, shade
-from .campbell_diagram import HZ, UNDAMPED, drawn, frequency_range
+from .base import COLOURS, DASHES, INK, RED, canvas, halo, hertz, legend_above, mark_limit, minus, note, shade
+from .campbell_diagram import UNDAMPED, drawn, frequency_range
 
-FAR = 1e15
+FAR = 1e7
 """Beyond every axis."""
 
 ROUNDING = 1e-6
@@ -55,26 +55,44 @@ def damping_ratios(
         ax.set_xlim(float(result.speeds[0]) / RPM, float(result.speeds[-1]) / RPM)
         ax.set_xlabel("spin speed [rpm]")
         ax.set_ylabel("damping ratio [%]")
+        families = _families(result, chosen)
+        named: set[str] = set()
         for k, j in enumerate(chosen):
+            family, alike = families[k], [i for i, f in zip(chosen, families, strict=True) if f == families[k]]
+            alike = [i for i in alike if result.whirl[i] == result.whirl[j]]
             controller = result.kind[j] == "controller"
-            name = f"{result.frequencies[0, j] / HZ:.3g} Hz at rest, {result.whirl[j]}"
+            name = f"{hertz(result.frequencies[0, alike[0]])} at rest, {result.whirl[j]}"
+            name += (" (controller)" if controller else "") + (f" × {len(alike)}" if len(alike) > 1 else "")
             ax.plot(
                 result.speeds / RPM,
                 zeta[:, k],
-                color=COLOURS[k // 2 % len(COLOURS)],  # neighbours are mostly the two directions of one mode
+                color=COLOURS[family % len(COLOURS)],
                 linestyle=DASHES.get(result.whirl[j], "-"),
                 linewidth=0.8 if controller else 1.5,
-                label=name + (" (controller)" if controller else ""),
+                label="_" if name in named else name,
                 gid="curve",
             )
+            named.add(name)
         _signed_scale(ax, 100.0 * UNDAMPED)
         _unstable_side(ax, below=True)
         if not np.any(np.abs(zeta) > 100.0 * UNDAMPED):
-            note(ax, "undamped")
+            note(ax, "undamped", below=True)
         if limit is not None:
-            mark_limit(ax, limit)
+            mark_limit(ax, limit, windows=False, note_below=True)
         legend_above(ax)
     return ax
+
+
+def _families(result: Campbell, chosen: Sequence[int]) -> list[int]:
+    """One number for all modes that share a frequency at rest, as the two directions of whirl mostly do."""
+    at_rest = result.frequencies[0, list(chosen)]
+    families, last = [0] * len(chosen), -1
+    reference = -1.0
+    for k in np.argsort(at_rest):
+        if at_rest[k] > 1.01 * reference:
+            last, reference = last + 1, float(at_rest[k])
+        families[k] = last
+    return families
 
 
 def _default_modes(result: Campbell) -> list[int]:
@@ -127,35 +145,40 @@ def real_part(
         _signed_scale(ax, noise)
         _unstable_side(ax, below=False)
         if limit is not None and limit.status != FOUND and first:
-            mark_limit(ax, limit)
+            mark_limit(ax, limit, windows=False)
         if label or len(ax.get_legend_handles_labels()[0]) > 1:
             legend_above(ax)
     return ax
 
 
 def _onsets(ax: Axes, limit: StabilityLimit, colour: str) -> None:
+    told = ax.get_legend_handles_labels()[1]
     for onset in limit.onsets:
+        meaning = "becomes unstable" if onset.unstable else "becomes stable again"
         ax.plot(
             [onset.speed / RPM],
             [0.0],
-            marker="o",
+            "o",
+            color=colour,
             markersize=5.5,
             markerfacecolor=colour if onset.unstable else "white",
             markeredgecolor=colour,
-            linestyle="none",
             zorder=4,
+            label="_" if meaning in told else meaning,
             gid="onset" if onset.unstable else "restabilisation",
         )
+        told.append(meaning)
     if limit.status == FOUND:
         low, high = ax.get_xlim()
-        left = (limit.speed_rpm - low) / (high - low) > 0.25
+        right = (limit.speed_rpm - low) / (high - low) < 0.75
         halo(
             ax.annotate(
                 f"SLS {limit.speed_rpm:.0f} rpm",
                 (limit.speed_rpm, 0.0),
-                xytext=(-6.0 if left else 6.0, 9.0),
+                xytext=(5.0, -5.0) if right else (-5.0, 5.0),  # where a rising curve leaves room
                 textcoords="offset points",
-                ha="right" if left else "left",
+                ha="left" if right else "right",
+                va="top" if right else "bottom",
                 fontsize="small",
                 color=colour,
                 zorder=5,
@@ -172,11 +195,12 @@ def _signed_scale(ax: Axes, noise: float) -> None:
         return
     low, high = float(values.min()), float(values.max())
     largest = max(-low, high)
-    typical = float(np.quantile(np.abs(values), 0.05))
-    if largest > 60.0 * max(typical, noise):
-        threshold = 10.0 ** math.floor(math.log10(max(typical, 1e-4 * largest)))
+    sizes = [float(np.median(np.abs(c[np.isfinite(c)]))) for c in curves if np.isfinite(c).any()]
+    smallest = min((size for size in sizes if size > noise), default=largest)
+    if largest > 60.0 * smallest:
+        threshold = 10.0 ** math.floor(math.log10(max(smallest, 1e-5 * largest)))
         ax.set_yscale("symlog", linthresh=threshold, linscale=0.6)
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}".replace("-", "\u2212")))
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: minus(f"{v:g}")))
         ax.yaxis.set_minor_formatter(NullFormatter())
         ax.set_ylim(min(1.6 * low, -threshold), max(1.6 * high, threshold))
     else:
@@ -192,11 +216,11 @@ def _unstable_side(ax: Axes, below: bool) -> None:
     halo(
         ax.annotate(
             "unstable",
-            (1.0, 0.0),
+            (0.0 if below else 1.0, 0.0),  # where curves seldom run
             xycoords=ax.get_yaxis_transform(),
-            xytext=(-4.0, -3.0 if below else 3.0),
+            xytext=(4.0, -3.0) if below else (-4.0, 3.0),
             textcoords="offset points",
-            ha="right",
+            ha="left" if below else "right",
             va="top" if below else "bottom",
             fontsize="small",
             color=RED,

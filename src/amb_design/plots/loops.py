@@ -3,23 +3,43 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, MultipleLocator, NullFormatter
 
 from ..analysis.sensitivity import ZONES, Sensitivity, SensitivityOverSpeed, zone
+from ..analysis.stability import StabilityLimit
 from ..analysis.system import Array
 from ..units import RPM
-from .base import COLOURS, INK, LIGHT, canvas, figure_of, legend_above, page, shade
+from .base import (
+    COLOURS,
+    INK,
+    LIGHT,
+    RED,
+    canvas,
+    hertz,
+    legend_above,
+    mark_limit,
+    minus,
+    note,
+    page,
+    shade,
+    unstable_windows,
+)
+from .stations import stations
 
 HZ = 2.0 * math.pi
 
 ZONE_COLOURS = {"A": "#eef5ee", "B": "#fff6d9", "C": "#fde6cf", "D": "#f9d6d5"}
 
 
-def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None = None) -> Axes:
+def sensitivity(
+    result: Sensitivity, *, decibels: bool = True, limit: StabilityLimit | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw the sensitivity of each control loop over the frequency, with the zones of ISO 14839-3.
 
     Parameters
@@ -28,6 +48,8 @@ def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None =
         From `amb_design.sensitivity`.
     decibels : bool
         False gives a linear ordinate.
+    limit : StabilityLimit, optional
+        If the machine is unstable at the speed of the result, the drawing says so: then the curves mean nothing.
     ax : Axes, optional
         Where to draw; a new figure if left out.
 
@@ -45,8 +67,7 @@ def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None =
             peak = max((result.peaks[j] for j in group), key=lambda p: p.value)
             colour = COLOURS[k % len(COLOURS)]
             size = f"{scale(np.array(peak.value)):.1f} dB" if decibels else f"{peak.value:.2f}"
-            where = f"{peak.frequency / HZ:.3g} Hz"
-            name = f"{_names(result, group)}: {size} at {where}, zone {peak.zone}"
+            name = f"{_names(result, group)}: {minus(size)} at {hertz(peak.frequency)}, zone {peak.zone}"
             y = scale(np.abs(result.sensitivity[:, group[0]]))
             ax.plot(_hz(result), y, color=colour, label=name, gid="curve")
             ax.plot(
@@ -59,22 +80,31 @@ def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None =
                 gid="peak",
             )
         highest = max(result.worst.value, ZONES[-1][1])
-        low, high = (-30.0, _decibels(np.array(highest)) + 4.0) if decibels else (0.0, 1.15 * highest)
-        ax.set_ylim(low, high)
+        if decibels:
+            deepest = float(_decibels(np.abs(result.sensitivity)).min())
+            ax.set_ylim(min(-10.0, max(-30.0, deepest - 2.0)), float(_decibels(np.array(highest))) + 4.0)
+        else:
+            ax.set_ylim(0.0, 1.15 * highest)
         if decibels:
             ax.yaxis.set_major_locator(MultipleLocator(10.0))
         _zones(ax, decibels)
+        if limit is not None and any(a <= result.speed < b for a, b in unstable_windows(limit)):
+            note(ax, f"unstable at {result.speed / RPM:.0f} rpm: these curves mean nothing", RED)
         legend_above(ax)
     return ax
 
 
-def sensitivity_over_speed(result: SensitivityOverSpeed, *, ax: Axes | None = None) -> Axes:
+def sensitivity_over_speed(
+    result: SensitivityOverSpeed, *, limit: StabilityLimit | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw the peak sensitivity of each control loop over the spin speed, with the zones of ISO 14839-3.
 
     Parameters
     ----------
     result : SensitivityOverSpeed
         From `amb_design.sensitivity_over_speed`.
+    limit : StabilityLimit, optional
+        Marks the stability limit speed; where the machine is unstable, the values mean nothing.
     ax : Axes, optional
         Where to draw; a new figure if left out.
 
@@ -105,6 +135,9 @@ def sensitivity_over_speed(result: SensitivityOverSpeed, *, ax: Axes | None = No
         else:
             ax.set_ylim(0.0, max(1.2 * ZONES[-1][1], 1.1 * result.worst))
         _zones(ax, decibels=False)
+        if limit is not None:
+            mark_limit(ax, limit, windows=False, text_below=True)
+            _veil(ax, limit)
         legend_above(ax)
     return ax
 
@@ -194,6 +227,14 @@ def _zones(ax: Axes, decibels: bool) -> None:
             ax.axhline(y[1], color=LIGHT, linewidth=0.7, zorder=0.2)
 
 
+def _veil(ax: Axes, limit: StabilityLimit) -> None:
+    """Fade what lies at speeds of instability."""
+    for start, stop in unstable_windows(limit):
+        veil = Rectangle((start / RPM, 0.0), (stop - start) / RPM, 1.0, transform=ax.get_xaxis_transform())
+        veil.set(facecolor="white", alpha=0.65, linewidth=0.0, zorder=3, gid="veil")
+        ax.add_artist(veil)
+
+
 def _alike(curves: Array) -> list[list[int]]:
     """Columns that agree drawn as one, such as the two axes of a magnet in an isotropic machine."""
     groups: list[list[int]] = []
@@ -209,16 +250,23 @@ def _alike(curves: Array) -> list[list[int]]:
 
 
 def _names(result: Sensitivity, group: Sequence[int]) -> str:
-    return _joined(result.loops, group)
+    names = [name for name, _ in stations(result.machine, ("magnets",))]
+    return _joined([_named(loop, names) for loop in result.loops], group)
+
+
+def _named(loop: str, names: Sequence[str]) -> str:
+    """``left magnet y`` for ``magnets[0] y``."""
+    found = re.match(r"magnets\[(\d+)\](.*)$", loop)
+    return names[int(found[1])] + found[2] if found else loop
 
 
 def _joined(loops: Sequence[str], group: Sequence[int]) -> str:
-    """``magnets[0] y, z`` for the loops of a group."""
+    """``left magnet y, z`` for the loops of a group."""
     axes: dict[str, list[str]] = {}
     for j in group:
-        magnet, _, axis = loops[j].rpartition(" ")
-        axes.setdefault(magnet, []).append(axis)
-    return "; ".join(f"{magnet} {', '.join(found)}".strip() for magnet, found in axes.items())
+        name, _, axis = loops[j].rpartition(" ") if loops[j][-2:] in (" y", " z") else (loops[j], "", "")
+        axes.setdefault(name, []).append(axis)
+    return ", ".join(f"{name} {', '.join(found)}".strip() for name, found in axes.items())
 
 
 def _hz(result: Sensitivity) -> Array:

@@ -14,7 +14,7 @@ from ..spec.fields import is_number
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
 from ..spec.shaft import Segment
-from .base import FAINT, INK, WIDTH, canvas, halo, size_in_points
+from .base import FAINT, INK, WIDTH, canvas, halo, minus, size_in_points
 from .ply_stack import COLUMN, angle_colour, distinct_layups, draw_stacks
 from .stations import stations
 
@@ -215,28 +215,18 @@ def _axes(ax: Axes, sheet: _Sheet, machine: Machine) -> None:
     ax.set_ylim(-sheet.below / sheet.scale, sheet.above / sheet.scale)
     factor, unit = (1000.0, "mm") if sheet.length < 1.0 else (1.0, "m")
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v * factor:g}".replace("-", "\u2212")))
+        axis.set_major_formatter(FuncFormatter(lambda v, _: minus(f"{v * factor:g}")))
     radius = sheet.radius / sheet.scale
     ticks = MaxNLocator(2, steps=[1, 2, 5, 10]).tick_values(0.0, radius)
     ticks = ticks[(ticks > 0.0) & (ticks <= radius * (1.0 + 1e-9))]
     ax.set_yticks([*(-ticks[::-1]), 0.0, *ticks])
-    ax.set_xticks([t for t in MaxNLocator(8).tick_values(0.0, sheet.length) if 0.0 <= t <= sheet.length * 1.0001])
+    ax.set_xticks([t for t in MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, sheet.length) if 0.0 <= t <= sheet.length * 1.0001])
     ax.grid(False)
     ax.spines[["left", "top", "right"]].set_visible(False)
-    ax.set_xlabel(f"x [{unit}]")
+    enlarged = f"      (radii enlarged {sheet.scale:g} : 1)" if sheet.scale != 1.0 else ""
+    ax.set_xlabel(f"x [{unit}]{enlarged}")
     ax.set_ylabel(f"r [{unit}]")
     ax.plot([-0.03 * sheet.length, 1.03 * sheet.length], [0.0, 0.0], color=INK, linewidth=0.6, dashes=(12, 3, 2, 3), zorder=5)
-    if sheet.scale != 1.0:
-        ax.annotate(
-            f"radii enlarged {sheet.scale:g} : 1",
-            (1.0, 0.0),
-            xycoords="axes fraction",
-            xytext=(0.0, 3.0),
-            textcoords="offset points",
-            ha="right",
-            fontsize="small",
-            color=FAINT,
-        )
 
 
 def _both_sides(ax: Axes, x: float, inner: float, width: float, outer: float, **look: object) -> None:

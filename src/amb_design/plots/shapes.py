@@ -14,10 +14,10 @@ from ..analysis.system import Array, System, node_positions
 from ..errors import ModelError
 from ..model.mesh import plan
 from ..spec.machine import Machine
-from .base import COLOURS, FAINT, INK, RED, WIDTH, page
+from .base import COLOURS, FAINT, INK, RED, minus, page
 from .stations import stations
 
-ORBITS = 17
+ORBITS = 11
 """About so many orbits along a shaft can be told apart."""
 
 COLOUR_OF = {"forward": COLOURS[0], "backward": COLOURS[1]}
@@ -81,31 +81,35 @@ def mode_shape(mode: Mode, machine: Machine | System, *, ax: Any = None) -> Any:
     x = machine.node_positions if isinstance(machine, System) else node_positions(plan(machine))
     if len(x) != len(mode.shape):
         raise ModelError(f"the mode has {len(mode.shape)} nodes and {owner.name} has {len(x)}: it belongs to another mesh")
-    phase = np.exp(1j * np.linspace(0.0, 0.9 * 2.0 * np.pi, 60))
+    phase = np.exp(1j * np.linspace(0.0, 0.85 * 2.0 * np.pi, 60))
     path = np.real(mode.shape[:, :, None] * phase)
     across, up = -path[:, 1], path[:, 0]  # z points towards the viewer, y upward
     colour = COLOUR_OF.get(mode.whirl, INK)
     ax.plot(x[[0, -1]], [0.0, 0.0], [0.0, 0.0], color=FAINT, linewidth=0.7, linestyle=(0, (6.0, 3.0)))
     for k in _spaced(x):
-        ax.plot(np.full(phase.shape, x[k]), across[k], up[k], color=colour, linewidth=0.8, gid="orbit")
-        ax.plot([x[k]], [across[k, 0]], [up[k, 0]], ".", color=colour, markersize=4.0)
-    ax.plot(x, across[:, 0], up[:, 0], color=INK, linewidth=1.8, gid="shaft")
+        ax.plot(np.full(phase.shape, x[k]), across[k], up[k], color=colour, linewidth=0.9, gid="orbit")
+    ax.plot(x, across[:, 0], up[:, 0], color=INK, linewidth=1.6, gid="shaft")
+    for k in _spaced(x):
+        ax.plot(x[k : k + 1], across[k, :1], up[k, :1], "o", color=colour, markersize=3.5, gid="start")
     supports = sorted({p for _, p in stations(owner, ("bearings", "pins", "magnets"))})
     ax.plot(supports, [0.0] * len(supports), [0.0] * len(supports), "^", color=INK, markersize=4.0, gid="supports")
+    for line in ax.lines:
+        line.set_clip_on(False)  # the box of the axes is narrower than the perspective
+        line.set_in_layout(False)
     _decorate(ax, mode, x)
     return ax
 
 
 def _spaced(x: Array) -> list[int]:
-    """Corner nodes at about even distances, both ends included."""
+    """Nodes at about even distances, both ends included."""
     wanted = np.linspace(x[0], x[-1], ORBITS)
-    return sorted({int(2 * np.argmin(np.abs(x[::2] - w))) for w in wanted})
+    return sorted({int(np.argmin(np.abs(x - w))) for w in wanted})
 
 
 def _decorate(ax: Any, mode: Mode, x: Array) -> None:
     unstable = mode.eigenvalue.real > 0.0
     zeta = 100.0 * mode.damping_ratio
-    damping = "undamped" if abs(zeta) < 1e-5 else f"ζ = {zeta:.2g} %".replace("-", "\u2212")
+    damping = "undamped" if abs(zeta) < 1e-5 else minus(f"ζ = {zeta:.2g} %")
     controller = ", controller" if mode.kind == "controller" else ""
     ax.set_title(
         f"{mode.whirl}{controller}, {mode.frequency_hz:.4g} Hz, {damping}",
@@ -115,9 +119,9 @@ def _decorate(ax: Any, mode: Mode, x: Array) -> None:
     )
     size = 1.05 * float(np.abs(mode.shape).max())
     ax.set(xlim=(x[0], x[-1]), ylim=(-size, size), zlim=(-size, size), yticks=[], zticks=[])
-    ax.set_box_aspect((2.6, 1.0, 1.0), zoom=1.45)
+    ax.set_box_aspect((2.6, 1.0, 1.0), zoom=1.4)
     ax.view_init(elev=18.0, azim=-62.0)
-    ax.set_xlabel("x [m]", labelpad=-6.0)
+    ax.set_xlabel("x [m]", labelpad=-3.0)
     ax.tick_params(axis="x", pad=-3.0)
     ax.grid(False)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):

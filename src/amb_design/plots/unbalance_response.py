@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from ..analysis.critical import CriticalSpeed
 from ..analysis.stability import StabilityLimit
+from ..analysis.system import Array
 from ..analysis.unbalance import UnbalanceResponse, major_axis
 from ..errors import ModelError
 from ..spec.fields import is_number
@@ -124,7 +125,9 @@ def _places(result: UnbalanceResponse, positions: Sequence[float | str] | None) 
     if positions is None:
         merged: dict[float, list[str]] = {}
         for name, x in known:
-            merged.setdefault(round(x, 9), []).append(name)
+            names = merged.setdefault(round(x, 9), [])
+            if not (names and name.endswith("sensor")):  # a magnet's own sensor says nothing new
+                names.append(name)
         return [(", ".join(names), x) for x, names in sorted(merged.items())]
     found = []
     for wanted in positions:
@@ -145,8 +148,16 @@ def _speed_axis(ax: Axes, result: UnbalanceResponse) -> None:
     ax.set_xlabel("spin speed [rpm]")
 
 
-def _positive(values: np.ndarray) -> np.ndarray:
-    return np.where(values > 0.0, values, np.nan)
+def _range(ax: Axes) -> None:
+    """The five decades below the highest peak; what is smaller does not matter."""
+    curves = [np.asarray(line.get_ydata(), float) for line in ax.lines if line.get_gid() in ("curve", "level")]
+    values = np.concatenate([c[np.isfinite(c)] for c in curves])
+    if values.size:
+        ax.set_ylim(max(float(values.min()) / 2.0, 1e-5 * float(values.max())), 5.0 * float(values.max()))
+
+
+def _positive(values: Array) -> Array:
+    return np.asarray(np.where(values > 0.0, values, np.nan))
 
 
 def _level(ax: Axes, y: float, text: str) -> None:
@@ -167,7 +178,8 @@ def _level(ax: Axes, y: float, text: str) -> None:
 
 
 def _marks(ax: Axes, critical: Sequence[CriticalSpeed], limit: StabilityLimit | None) -> None:
+    _range(ax)
     if critical:
         mark_critical(ax, [c for c in critical if c.speed_rpm <= ax.get_xlim()[1]])
     if limit is not None:
-        mark_limit(ax, limit)
+        mark_limit(ax, limit, text_below=True)
