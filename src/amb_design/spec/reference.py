@@ -1,0 +1,68 @@
+"""The fields of a machine file as Markdown tables, from the specification classes themselves.
+
+``python -m amb_design.spec.reference`` prints the tables that docs/machine-files.md holds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from .bearing import Bearing, Pin
+from .controller import PID, Amplifier, LowPass, Notch
+from .disk import Disk
+from .fields import Spec
+from .machine import Machine, Operation, Sensor
+from .magnet import Magnet
+from .material import Isotropic, Orthotropic
+from .shaft import Segment, Shaft
+
+TABLES: dict[str, type[Spec]] = {
+    "the file itself": Machine,
+    "[operation]": Operation,
+    "[materials.NAME], isotropic": Isotropic,
+    "[materials.NAME], orthotropic": Orthotropic,
+    "[rotor.shaft]": Shaft,
+    "[[rotor.shaft.segments]]": Segment,
+    "[[rotor.disks]]": Disk,
+    "[[bearings]]": Bearing,
+    "[[pins]]": Pin,
+    "[[magnets]]": Magnet,
+    "[[sensors]]": Sensor,
+    "[controller], [controller_z], or inside a magnet": PID,
+    "[controller.low_pass]": LowPass,
+    "[[controller.notches]]": Notch,
+    "[controller.amplifier]": Amplifier,
+}
+
+
+def field_reference() -> str:
+    """Markdown tables of all fields.
+
+    Returns
+    -------
+    str
+    """
+    return "\n".join(_table(heading, kind) for heading, kind in TABLES.items())
+
+
+def _table(heading: str, kind: type[Spec]) -> str:
+    rows = [f"### {heading}", "", "| field | unit | default | meaning |", "|---|---|---|---|"]
+    for f in dataclasses.fields(kind):
+        unit = f.metadata.get("unit")
+        meaning = f.metadata.get("doc", "")
+        if "options" in f.metadata:
+            meaning += ": " + ", ".join(f.metadata["options"])
+        rows.append(f"| `{f.name}` | {'' if unit is None else unit or '1'} | {_default(f)} | {meaning} |")
+    return "\n".join([*rows, ""])
+
+
+def _default(f: dataclasses.Field) -> str:  # type: ignore[type-arg]
+    if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING:
+        return "required"
+    if f.default in (None, "", ()) or f.default is dataclasses.MISSING:
+        return ""
+    return f"{f.default:.6g}" if isinstance(f.default, float) else str(f.default)
+
+
+if __name__ == "__main__":
+    print(field_reference())

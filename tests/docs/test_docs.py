@@ -1,0 +1,57 @@
+"""What the documents show runs as it is written there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+import amb_design as ad
+from amb_design.spec.reference import field_reference
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FILES = (ROOT / "docs" / "machine-files.md").read_text(encoding="utf-8")
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+
+
+def test_readme_python_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with mpl.rc_context({"backend": "agg"}):
+        for block in blocks(README, "python"):
+            exec(compile(block, "README.md", "exec"), {})
+        from matplotlib import pyplot
+
+        pyplot.close("all")
+    assert "limit found 9382 rpm forward rotor mode" in capsys.readouterr().out
+    assert (tmp_path / "campbell.svg").stat().st_size > 10_000
+
+
+def test_readme_machine_has_a_limit():
+    (text,) = blocks(README, "toml")
+    assert len(text.strip().splitlines()) <= 15
+    assert ad.stability_limit(ad.loads(text)).status == "limit found"
+
+
+def test_machine_file_example_is_complete():
+    text = blocks(FILES, "toml")[0]
+    machine = ad.loads(text)
+    assert machine.rotor.disks[0].unbalance == pytest.approx(1e-5)
+    assert machine.controller.low_pass.frequency == pytest.approx(18849.556)
+    assert ad.loads(text, "no-notch").controller.notches == ()
+    assert ad.stability_limit(machine).status == "none below the top speed"
+
+
+def test_field_reference_is_up_to_date():
+    assert FILES.endswith(field_reference())
+
+
+def test_relative_links_lead_somewhere():
+    for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "problems").glob("*/README.md")]:
+        for link in re.findall(r"\]\((?!https?:)([^)#]+)", file.read_text(encoding="utf-8")):
+            assert (file.parent / link).exists(), f"{file.name} links to {link}"
