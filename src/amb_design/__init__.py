@@ -25,7 +25,7 @@ from .analysis.stability import Onset, StabilityLimit, stability_limit
 from .analysis.system import System, system
 from .analysis.unbalance import UnbalanceResponse, unbalance_response
 from .errors import AmbDesignError, ModelError, SolveError, SpecError
-from .model.loop import ClosedLoop, closed_loop
+from .model.loop import ClosedLoop, closed_loop, open_loop
 from .spec.bearing import Bearing, Pin
 from .spec.controller import PID, Amplifier, LowPass, Notch
 from .spec.disk import Disk
@@ -88,6 +88,7 @@ __all__ = [
     "load_variants",
     "loads",
     "numbers",
+    "open_loop",
     "packaged",
     "replace",
     "rpm",

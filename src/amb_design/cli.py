@@ -79,9 +79,13 @@ def analyse(
     variant: Variant = None,
     out: Annotated[Path | None, typer.Option(help="folder for figures and analysis.json")] = None,
     workers: Annotated[int, typer.Option(min=1, help="processes for the variants")] = min(2, os.cpu_count() or 1),
+    svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
     as_json: Json = False,
 ) -> None:
-    """Critical speeds, damping, stability limit and warnings of a machine and its variants."""
+    """Critical speeds, damping, stability limit and warnings of a machine and its variants.
+
+    Of more than three variants only the main figures are drawn; name one with --variant for all.
+    """
     from . import console
     from .analysis.published import compare, published_figures
     from .spec.files import resolve
@@ -91,7 +95,7 @@ def analyse(
     if out is not None and out.exists() and not out.is_dir():
         raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
     with _staging(out) as folder:
-        documents = _analysed(machines, folder, workers)
+        documents = _analysed(machines, folder, workers, ("png", "svg") if svg else ("png",))
         comparisons = compare(figures, documents)
         document = _nested(documents)
         document["published"] = [console.comparison_row(c) for c in comparisons]
@@ -115,14 +119,19 @@ def _machines(target: str, variant: str | None) -> dict[str, Any]:
     return {"": base, **variants}
 
 
-def _analysed(machines: dict[str, Any], folder: Path | None, workers: int) -> dict[str, dict[str, Any]]:
+def _analysed(
+    machines: dict[str, Any], folder: Path | None, workers: int, formats: tuple[str, ...]
+) -> dict[str, dict[str, Any]]:
     """Analysis documents by variant, computed side by side where there are many, with progress on standard error."""
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
     from .console import progress
 
-    jobs = {name: (machine, None if folder is None else folder / name) for name, machine in machines.items()}
+    many = len(machines) > 3
+    jobs = {
+        name: (machine, None if folder is None else folder / name, formats, many) for name, machine in machines.items()
+    }
     done: dict[str, dict[str, Any]] = {}
     with progress(len(jobs)) as advance:
         if min(workers, len(jobs)) == 1 or len(jobs) < 3:
@@ -138,14 +147,14 @@ def _analysed(machines: dict[str, Any], folder: Path | None, workers: int) -> di
     return {name: done[name] for name in machines}
 
 
-def _analyse_one(machine: Any, folder: Path | None) -> dict[str, Any]:
+def _analyse_one(machine: Any, folder: Path | None, formats: tuple[str, ...], main_only: bool) -> dict[str, Any]:
     from .analysis.summary import analyse as run
 
     analysis = run(machine)
     if folder is not None:
         from .figures import save_figures
 
-        save_figures(analysis, folder)
+        save_figures(analysis, folder, formats, main_only=main_only)
     return analysis.document()
 
 

@@ -19,12 +19,14 @@ from .analysis.summary import Analysis
 from .analysis.system import system
 from .analysis.unbalance import unbalance_response
 
-SPEEDS = 76
+SPEEDS = 61
 """Speeds of the Campbell diagram."""
 
 
-def save_figures(analysis: Analysis, folder: Path, formats: tuple[str, ...] = ("png", "svg")) -> None:
-    """Draw everything an analysis has to show.
+def save_figures(
+    analysis: Analysis, folder: Path, formats: tuple[str, ...] = ("png",), *, main_only: bool = False
+) -> None:
+    """Draw what an analysis has to show.
 
     Parameters
     ----------
@@ -33,6 +35,8 @@ def save_figures(analysis: Analysis, folder: Path, formats: tuple[str, ...] = ("
         Made if it does not exist.
     formats : tuple of str
         File formats.
+    main_only : bool
+        Only the Campbell diagram, the damping ratios and the largest real part.
     """
     machine, limit, critical = analysis.machine, analysis.limit, analysis.critical
     loop = system(machine)
@@ -44,10 +48,12 @@ def save_figures(analysis: Analysis, folder: Path, formats: tuple[str, ...] = ("
             plots.save(drawing, folder / f"{name}.{f}", close=i == len(formats) - 1)
 
     diagram = campbell(loop, np.linspace(0.0, limit.top_speed, SPEEDS), critical=False)
-    draw("machine", plots.machine, machine)
     draw("campbell", plots.campbell, replace(diagram, critical=critical), limit=limit)
     draw("damping", plots.damping_ratios, diagram, limit=limit)
     draw("real_part", plots.real_part, diagram, limit=limit)
+    if main_only:
+        return
+    draw("machine", plots.machine, machine)
     at = limit.speed if limit.status == FOUND else 0.0
     light = [m for m in spectrum(loop, at) if m.whirl != "none" and m.damping_ratio < OVERDAMPED]
     draw("modes", plots.mode_shapes, light[:4], loop)

@@ -153,7 +153,7 @@ def test_a_failed_run_leaves_the_folder_as_it_was(fast, tmp_path, run, monkeypat
     from amb_design import figures
     from amb_design.errors import SolveError
 
-    def fail(*_):
+    def fail(*_, **__):
         raise SolveError("no picture today")
 
     out = tmp_path / "out"

@@ -59,7 +59,7 @@ class Equivalent:
 
 
 @one_thread
-def equivalent_coefficients(machine: Machine, top_speed: float | None = None, points: int = 150) -> Equivalent:
+def equivalent_coefficients(machine: Machine, top_speed: float | None = None, points: int = 100) -> Equivalent:
     """What the equivalent-coefficient method says of a machine.
 
     Parameters

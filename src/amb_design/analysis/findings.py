@@ -83,7 +83,7 @@ def findings(
     response = _stable_response(loop, limit)
     if response is not None:
         found += [*_currents(response), *_flux(response), *_voltage(response), *_clearance(response)]
-    return tuple([*found, *_hysteretic(loop, limit), *_mesh(loop, modes)])
+    return (*found, *_hysteretic(loop, limit), *_mesh(loop, modes))
 
 
 def _stability(limit: StabilityLimit) -> Iterator[Finding]:
@@ -186,7 +186,7 @@ def _stroke(loop: System, critical: tuple[CriticalSpeed, ...]) -> Iterator[Findi
         if gain and (worst is None or magnet.bias_current / gain / room < worst[0]):
             worst = magnet.bias_current / gain / room, gain, axis.magnet
     if worst is not None and worst[0] < SHORT_STROKE:
-        share, gain, i = worst
+        _, gain, i = worst
         bias = loop.machine.magnets[i].bias_current
         yield Finding(
             "stroke",

@@ -30,8 +30,10 @@ def outline(machine: Machine) -> dict[str, Any]:
     plant = structure(machine)
     shaft = machine.rotor.shaft
     segments = []
+    shaft_mass = 0.0
     for s in shaft.segments:
         c = section_constants(s, shaft.ply_law)
+        shaft_mass += float(c.mass) * float(s.length)
         segments.append(
             {
                 "length_m": float(s.length),
@@ -68,8 +70,8 @@ def outline(machine: Machine) -> dict[str, Any]:
         "name": machine.name,
         "source": dict(machine.source),
         "length_m": float(shaft.length),
-        "mass_kg": sum(s["mass_kg"] for s in segments) + sum(disks),
-        "shaft_mass_kg": sum(s["mass_kg"] for s in segments),
+        "mass_kg": shaft_mass + sum(disks),
+        "shaft_mass_kg": shaft_mass,
         "disk_masses_kg": disks,
         "segments": segments,
         "bearings": [

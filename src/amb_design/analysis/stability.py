@@ -142,13 +142,13 @@ def stability_limit(
     onsets = tuple(
         Onset(c.lower, c.onset, c.above.unstable, mode(loop, c.below, c.critical)) for c in crossings
     )
+    limiting: Mode | None = None
+    status, speed, bracket = NONE, top, (top, math.inf)
     if at_rest:
-        result = UNSTABLE, 0.0, (0.0, 0.0), at_rest[0]
+        status, speed, bracket, limiting = UNSTABLE, 0.0, (0.0, 0.0), at_rest[0]
     elif crossings:
-        result = FOUND, crossings[0].lower, (crossings[0].lower, crossings[0].upper), onsets[0].mode
-    else:
-        result = NONE, top, (top, math.inf), None
-    status, speed, bracket, limiting = result
+        first = crossings[0]
+        status, speed, bracket, limiting = FOUND, first.lower, (first.lower, first.upper), onsets[0].mode
     return StabilityLimit(
         float(speed), status, certified, bracket, limiting, onsets, at_rest, top, walk.eigendecompositions, loop.machine
     )

@@ -14,6 +14,8 @@ from functools import lru_cache
 
 import casadi as ca
 
+from .pair import Matrix
+
 _Matrix = list[list[float]]
 
 
@@ -89,7 +91,7 @@ def _scatter(shape: str, elements: int) -> tuple[ca.Sparsity, ca.DM]:
     return sparsity, ca.DM.triplet(targets, sources, ca.DM(values), sparsity.nnz(), elements)
 
 
-def assemble(shape: str, coefficients: ca.DM | ca.SX | ca.MX) -> ca.DM | ca.SX | ca.MX:
+def assemble(shape: str, coefficients: Matrix) -> Matrix:
     """Sum of the elements' matrices of one shape.
 
     Parameters

@@ -3,11 +3,14 @@
 Notation: C11, C16, C66 are the in-plane stiffnesses of a ply turned by its angle from the shaft axis, C55 its
 transverse shear stiffness; r_i are the ply radii. Source: Ahmad 2014, appendix; Chang et al. 2004 for the
 three-dimensional law.
+
+The plies of a section are computed together: each quantity of the plies is a CasADi column, from the inside out.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -15,6 +18,7 @@ import casadi as ca
 from ..spec.fields import Number
 from ..spec.material import Isotropic, Material
 from ..spec.shaft import Ply, Segment
+from .pair import Matrix
 
 
 @dataclass(frozen=True)
@@ -51,27 +55,26 @@ def section_constants(segment: Segment, law: str) -> Section:
     -------
     Section
     """
-    inner = segment.inner_diameter / 2.0
-    if not segment.plies:
+    radius = segment.inner_diameter / 2.0
+    if segment.plies:
+        thickness = _column([p.thickness for p in segment.plies])
+        density = _column([p.material.density for p in segment.plies])
+        c = _laminate(segment.plies) if law == "hoop-free-laminate" else _stiffness(segment.plies, law)
+        outer = radius + ca.cumsum(thickness)
+        inner = outer - thickness
+    else:
         m = segment.material
         assert m is not None
-        layers = [(_Stiffness(m.E, 0.0, m.shear_modulus, m.shear_modulus), m.density, segment.outer / 2.0)]
-    else:
-        stiffnesses = _laminate(segment.plies) if law == "hoop-free-laminate" else [_ply(p, law) for p in segment.plies]
-        layers, radius = [], inner
-        for ply, stiffness in zip(segment.plies, stiffnesses, strict=True):
-            radius = radius + ply.thickness
-            layers.append((stiffness, ply.material.density, radius))
-    shear = coupling = bending = mass = inertia = 0.0
-    for c, density, outer in layers:
-        r2, r3, r4 = (outer**n - inner**n for n in (2, 3, 4))
-        shear = shear + math.pi / 2.0 * (c.c55 + c.c66) * r2
-        coupling = coupling + 2.0 * math.pi / 3.0 * c.c16 * r3
-        bending = bending + math.pi / 4.0 * c.c11 * r4
-        mass = mass + math.pi * density * r2
-        inertia = inertia + math.pi / 4.0 * density * r4
-        inner = outer
-    return Section(shear, coupling, bending, mass, inertia)
+        density, c = m.density, _Stiffness(m.E, 0.0, m.shear_modulus, m.shear_modulus)
+        inner, outer = radius, segment.outer / 2.0
+    r2, r3, r4 = (outer**n - inner**n for n in (2, 3, 4))
+    return Section(
+        shear=math.pi / 2.0 * ca.dot(c.c55 + c.c66, r2),
+        coupling=2.0 * math.pi / 3.0 * ca.dot(c.c16, r3),
+        bending=math.pi / 4.0 * ca.dot(c.c11, r4),
+        mass=math.pi * ca.dot(density, r2),
+        inertia=math.pi / 4.0 * ca.dot(density, r4),
+    )
 
 
 def cowper(segment: Segment) -> Number:
@@ -96,22 +99,26 @@ def cowper(segment: Segment) -> Number:
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Stiffnesses of a ply in shaft axes [Pa]."""
+    """Stiffnesses of the plies in shaft axes [Pa]."""
 
-    c11: Number
-    c16: Number
-    c66: Number
-    c55: Number
+    c11: Matrix
+    c16: Matrix
+    c66: Matrix
+    c55: Matrix
 
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Stiffnesses of a ply in its own axes [Pa]."""
+    """Stiffnesses of the plies in their own axes [Pa]."""
 
-    q11: Number
-    q22: Number
-    q12: Number
-    q66: Number
+    q11: Matrix
+    q22: Matrix
+    q12: Matrix
+    q66: Matrix
+
+
+def _column(values: Iterable[Number]) -> Matrix:
+    return ca.vertcat(*values)
 
 
 def _constants(material: Material) -> tuple[Number, Number, Number, Number, Number, Number]:
@@ -122,8 +129,13 @@ def _constants(material: Material) -> tuple[Number, Number, Number, Number, Numb
     return material.E1, material.E2, material.nu12, material.G12, material.G13, material.G23
 
 
-def _reduced(material: Material, law: str) -> _Reduced:
-    e1, e2, nu12, g12, _, g23 = _constants(material)
+def _columns(plies: tuple[Ply, ...]) -> Iterator[Matrix]:
+    """E1, E2, nu12, G12, G13, G23 of the plies."""
+    return map(_column, zip(*[_constants(p.material) for p in plies], strict=True))
+
+
+def _reduced(plies: tuple[Ply, ...], law: str) -> _Reduced:
+    e1, e2, nu12, g12, _, g23 = _columns(plies)
     if law == "three-dimensional":  # inverse of the transversely isotropic compliance, after Chang et al. 2004
         nu23 = e2 / (2.0 * g23) - 1.0
         both = nu12**2 * e2 / e1
@@ -133,8 +145,10 @@ def _reduced(material: Material, law: str) -> _Reduced:
     return _Reduced(e1 / det, e2 / det, nu12 * e2 / det, g12)
 
 
-def _turned(q: _Reduced, angle: Number) -> tuple[Number, Number, Number, Number, Number, Number]:
-    """C11, C12, C22, C16, C26, C66 of a ply turned by `angle`."""
+def _turned(plies: tuple[Ply, ...], law: str) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
+    """C11, C12, C22, C16, C26, C66 of the plies turned by their angles."""
+    q = _reduced(plies, law)
+    angle = _column([p.angle for p in plies])
     c, s = ca.cos(angle), ca.sin(angle)
     c11 = q.q11 * c**4 + 2.0 * (q.q12 + 2.0 * q.q66) * s**2 * c**2 + q.q22 * s**4
     c22 = q.q11 * s**4 + 2.0 * (q.q12 + 2.0 * q.q66) * s**2 * c**2 + q.q22 * c**4
@@ -146,12 +160,13 @@ def _turned(q: _Reduced, angle: Number) -> tuple[Number, Number, Number, Number,
     return c11, c12, c22, c16, c26, c66
 
 
-def _ply(ply: Ply, law: str) -> _Stiffness:
-    _, _, _, _, g13, g23 = _constants(ply.material)
-    c11, c12, c22, c16, c26, c66 = _turned(_reduced(ply.material, law), ply.angle)
+def _stiffness(plies: tuple[Ply, ...], law: str) -> _Stiffness:
+    c11, c12, c22, c16, c26, c66 = _turned(plies, law)
     if law == "hoop-free-ply":  # no hoop stress in each ply by itself
         c11, c16, c66 = c11 - c12**2 / c22, c16 - c12 * c26 / c22, c66 - c26**2 / c22
-    return _Stiffness(c11, c16, c66, g13 * ca.cos(ply.angle) ** 2 + g23 * ca.sin(ply.angle) ** 2)
+    *_, g13, g23 = _columns(plies)
+    angle = _column([p.angle for p in plies])
+    return _Stiffness(c11, c16, c66, g13 * ca.cos(angle) ** 2 + g23 * ca.sin(angle) ** 2)
 
 
 def membrane_stiffness(plies: tuple[Ply, ...]) -> tuple[Number, ...]:
@@ -166,11 +181,8 @@ def membrane_stiffness(plies: tuple[Ply, ...]) -> tuple[Number, ...]:
     tuple
         A11, A12, A22, A16, A26, A66 [N/m].
     """
-    total: list[Number] = [0.0] * 6
-    for ply in plies:
-        turned = _turned(_reduced(ply.material, "plane-stress"), ply.angle)
-        total = [t + c * ply.thickness for t, c in zip(total, turned, strict=True)]
-    return tuple(total)
+    thickness = _column([p.thickness for p in plies])
+    return tuple(ca.dot(c, thickness) for c in _turned(plies, "plane-stress"))
 
 
 def laminate_moduli(plies: tuple[Ply, ...]) -> tuple[Number, Number]:
@@ -186,13 +198,12 @@ def laminate_moduli(plies: tuple[Ply, ...]) -> tuple[Number, Number]:
         `a` is the inverse of the membrane stiffness: hoop and the other membrane forces vanish.
     """
     a11, a12, a22, a16, a26, a66 = membrane_stiffness(plies)
-    thickness: Number = 0.0
-    for ply in plies:
-        thickness = thickness + ply.thickness
+    thickness = ca.sum1(_column([p.thickness for p in plies]))
     det = a11 * (a22 * a66 - a26**2) - a12 * (a12 * a66 - a16 * a26) + a16 * (a12 * a26 - a22 * a16)
     return det / ((a22 * a66 - a26**2) * thickness), det / ((a11 * a22 - a12**2) * thickness)
 
 
-def _laminate(plies: tuple[Ply, ...]) -> list[_Stiffness]:
+def _laminate(plies: tuple[Ply, ...]) -> _Stiffness:
     ex, gxy = laminate_moduli(plies)
-    return [_Stiffness(ex, 0.0, gxy, gxy)] * len(plies)
+    ones = ca.DM.ones(len(plies))
+    return _Stiffness(ex * ones, 0.0 * ones, gxy * ones, gxy * ones)

@@ -7,6 +7,7 @@ ones, q = (v, w, beta_x, beta_y) a node and two axes a magnet.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -177,11 +178,20 @@ def _unit(free: Sequence[int], places: list[int], values: list[Number]) -> Matri
 
 @dataclass(frozen=True)
 class Pencil:
-    """E dx/dt = (A0 + Omega A1) x."""
+    """E dx/dt = (A0 + Omega A1) x + B i, y = C x.
+
+    Attributes
+    ----------
+    E, A0, A1 : square
+    B : states by axes; currents added to those of the controllers [A]
+    C : axes by states; displacements of the shaft at the sensors [m]
+    """
 
     E: Pair
     A0: Pair
     A1: Pair
+    B: Pair
+    C: Pair
 
 
 def close(plant: Structure) -> Pencil:
@@ -224,7 +234,12 @@ def close(plant: Structure) -> Pencil:
     )
     a1 = Pair(_lower(-plant.K1.re, -plant.C1.re, m), _lower(-plant.K1.im, -plant.C1.im, m))
     e = Pair(ca.diagcat(eye, plant.M.re, ca.DM.eye(m)), _lower(ca.DM(n, n), plant.M.im, m))
-    return Pencil(e, a0, a1)
+    axes = len(plant.axes)
+    push = ca.horzcat(ca.DM(n, 0), *[a.current_stiffness * a.actuator for a in plant.axes])
+    sense = ca.horzcat(ca.DM(n, 0), *[a.sensor for a in plant.axes]).T
+    inputs = ca.vertcat(ca.DM(n, axes), push, ca.DM(m, axes))
+    outputs = ca.horzcat(sense, ca.DM(axes, n + m))
+    return Pencil(e, a0, a1, real(inputs), real(outputs))
 
 
 def _lower(k: Matrix, c: Matrix, m: int) -> Matrix:
@@ -280,7 +295,9 @@ class ClosedLoop:
 
         Parameters
         ----------
-        name : {"E", "A0", "A1", "M", "C0", "C1", "K0", "K1"}
+        name : {"E", "A0", "A1", "B", "C", "M", "C0", "C1", "K0", "K1"}
+            Pencil E dx/dt = (A0 + Omega A1) x + B i with y = C x, for control currents i [A] and shaft displacements y [m]
+            of the axes; structure M q'' + (C0 + Omega C1) q' + (K0 + Omega K1) q = F.
 
         Returns
         -------
@@ -292,12 +309,12 @@ class ClosedLoop:
         ModelError
             If there is no such matrix.
         """
-        if name in ("E", "A0", "A1"):
+        if name in ("E", "A0", "A1", "B", "C"):
             matrix = getattr(self.pencil, name)
         elif name in ("M", "C0", "C1", "K0", "K1"):
             matrix = getattr(self.plant, name)
         else:
-            raise ModelError(f"there is no matrix {name!r}; choose one of E, A0, A1, M, C0, C1, K0, K1")
+            raise ModelError(f"there is no matrix {name!r}; choose one of E, A0, A1, B, C, M, C0, C1, K0, K1")
         return ca.Function(name, [self.p], [ca.SX(matrix.re), ca.SX(matrix.im)], ["p"], ["re", "im"])
 
 
@@ -351,8 +368,35 @@ def closed_loop(
     return ClosedLoop(machine, tuple(free), members, p, nominal, structure(symbolic, mesh, complex_form))
 
 
+def open_loop(
+    machine: Machine,
+    free: Sequence[str] | Mapping[str, Sequence[str]] = (),
+    mesh: Mesh | None = None,
+    complex_form: bool | None = None,
+) -> ClosedLoop:
+    """The machine as a CasADi model with its control loops cut: magnets with bias, but without controllers.
+
+    Parameters
+    ----------
+    machine, free, mesh, complex_form
+        As in `closed_loop`.
+
+    Returns
+    -------
+    ClosedLoop
+        Without controller states; its functions ``B`` and ``C`` connect a controller of your own.
+
+    Raises
+    ------
+    SpecError, ModelError
+        As in `closed_loop`.
+    """
+    loop = closed_loop(machine, free, mesh, complex_form)
+    cut = tuple(dataclasses.replace(axis, chain=None) for axis in loop.plant.axes)
+    return dataclasses.replace(loop, plant=dataclasses.replace(loop.plant, axes=cut))
+
+
 def _vanishes(difference: Number) -> bool:
     if isinstance(difference, ca.SX | ca.MX):
         return bool(difference.is_zero())
     return bool(difference == 0)
-

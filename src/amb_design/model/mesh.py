@@ -16,6 +16,7 @@ from ..errors import ModelError
 from ..spec.fields import Number, is_number
 from ..spec.machine import Machine
 from ..spec.paths import value
+from .pair import Matrix
 
 COINCIDENT = 1e-6
 """Stations closer than this fraction of the shaft's length share a node."""
@@ -145,7 +146,7 @@ def coordinates(machine: Machine, mesh: Mesh) -> list[Number]:
     ]
 
 
-def element_lengths(machine: Machine, mesh: Mesh) -> ca.DM | ca.SX | ca.MX:
+def element_lengths(machine: Machine, mesh: Mesh) -> Matrix:
     """Length of each element [m] as a CasADi column."""
     x = coordinates(machine, mesh)
     return ca.vertcat(

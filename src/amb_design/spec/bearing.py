@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import SpecError
-from .fields import Number, Spec, is_number, number, part
+from .fields import Number, OptionalNumber, Spec, is_number, number, part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,14 +19,14 @@ class Bearing(Spec):
     position: Number = number("m", "distance from the left shaft end", domain="nonnegative")
     stiffness: Number = number("N/m", "direct stiffness in y and z", default=0.0)
     damping: Number = number("N s/m", "direct damping in y and z", default=0.0)
-    kyy: Number | None = number("N/m", "stiffness in y; `stiffness` if left out", default=None)
+    kyy: OptionalNumber = number("N/m", "stiffness in y; `stiffness` if left out", default=None)
     kyz: Number = number("N/m", "force in y for a displacement in z", default=0.0)
     kzy: Number = number("N/m", "force in z for a displacement in y", default=0.0)
-    kzz: Number | None = number("N/m", "stiffness in z; `stiffness` if left out", default=None)
-    cyy: Number | None = number("N s/m", "damping in y; `damping` if left out", default=None)
+    kzz: OptionalNumber = number("N/m", "stiffness in z; `stiffness` if left out", default=None)
+    cyy: OptionalNumber = number("N s/m", "damping in y; `damping` if left out", default=None)
     cyz: Number = number("N s/m", "force in y for a velocity in z", default=0.0)
     czy: Number = number("N s/m", "force in z for a velocity in y", default=0.0)
-    czz: Number | None = number("N s/m", "damping in z; `damping` if left out", default=None)
+    czz: OptionalNumber = number("N s/m", "damping in z; `damping` if left out", default=None)
     name: str = part("name in tables and drawings", default="")
 
     def check(self) -> None:

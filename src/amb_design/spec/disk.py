@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ..errors import SpecError
-from .fields import Number, Spec, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,17 +18,17 @@ class Disk(Spec):
     """
 
     position: Number = number("m", "distance of the disk's middle from the left shaft end", domain="nonnegative")
-    mass: Number | None = number("kg", "mass", domain="positive", default=None)
-    diametral_inertia: Number | None = number(
+    mass: OptionalNumber = number("kg", "mass", domain="positive", default=None)
+    diametral_inertia: OptionalNumber = number(
         "kg m^2", "moment of inertia about a diameter", domain="nonnegative", default=None
     )
-    polar_inertia: Number | None = number(
+    polar_inertia: OptionalNumber = number(
         "kg m^2", "moment of inertia about the shaft axis", domain="nonnegative", default=None
     )
-    outer_diameter: Number | None = number("m", "outer diameter of the ring", domain="positive", default=None)
-    inner_diameter: Number | None = number("m", "inner diameter of the ring", domain="nonnegative", default=None)
-    width: Number | None = number("m", "width of the ring along the shaft", domain="positive", default=None)
-    density: Number | None = number("kg/m^3", "density of the ring", domain="positive", default=None)
+    outer_diameter: OptionalNumber = number("m", "outer diameter of the ring", domain="positive", default=None)
+    inner_diameter: OptionalNumber = number("m", "inner diameter of the ring", domain="nonnegative", default=None)
+    width: OptionalNumber = number("m", "width of the ring along the shaft", domain="positive", default=None)
+    density: OptionalNumber = number("kg/m^3", "density of the ring", domain="positive", default=None)
     unbalance: Number = number("kg m", "unbalance: mass times eccentricity", domain="nonnegative", default=0.0)
     unbalance_phase: Number = number("rad", "angular position of the unbalance", default=0.0)
     name: str = part("name in tables and drawings", default="")

@@ -14,6 +14,9 @@ from ..errors import SpecError
 Number: TypeAlias = Any
 """A float, or a CasADi SX or MX scalar, which makes the field a design variable."""
 
+OptionalNumber: TypeAlias = Any
+"""A Number, or None where the field is left out."""
+
 _DOMAINS: dict[str, tuple[Callable[[float], bool], str, str]] = {
     "any": (lambda x: True, "", ""),
     "positive": (lambda x: x > 0.0, "must be positive", "give a value above zero"),

@@ -9,7 +9,7 @@ from ..errors import SpecError
 from .bearing import Bearing, Pin
 from .controller import PID
 from .disk import Disk
-from .fields import Number, Spec, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
 from .magnet import Magnet
 from .shaft import Shaft
 
@@ -35,7 +35,7 @@ class Operation(Spec):
     """How the machine is run."""
 
     top_speed: Number = number("rad/s", "analyses look up to this spin speed", domain="positive")
-    service_speed: Number | None = number("rad/s", "speed of normal service", domain="positive", default=None)
+    service_speed: OptionalNumber = number("rad/s", "speed of normal service", domain="positive", default=None)
     gravity: Number = number(
         "m/s^2", "acceleration of gravity across the shaft, along -y", domain="nonnegative", default=9.80665
     )

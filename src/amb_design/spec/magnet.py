@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ..errors import SpecError
 from .controller import PID
-from .fields import Number, Spec, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
 
 _GEOMETRY = ("turns", "pole_area", "gap", "bias_current")
 
@@ -20,21 +20,21 @@ class Magnet(Spec):
     """
 
     position: Number = number("m", "distance from the left shaft end", domain="nonnegative")
-    turns: Number | None = number("", "turns of a horseshoe (both poles)", domain="positive", default=None)
-    pole_area: Number | None = number("m^2", "area of one pole", domain="positive", default=None)
+    turns: OptionalNumber = number("", "turns of a horseshoe (both poles)", domain="positive", default=None)
+    pole_area: OptionalNumber = number("m^2", "area of one pole", domain="positive", default=None)
     half_angle: Number = number("rad", "angle between pole and axis", domain="nonnegative", default=0.0)
-    gap: Number | None = number("m", "nominal air gap", domain="positive", default=None)
-    bias_current: Number | None = number("A", "bias current i0", domain="positive", default=None)
-    current_stiffness: Number | None = number("N/A", "k_i, instead of the geometry", domain="positive", default=None)
-    negative_stiffness: Number | None = number(
+    gap: OptionalNumber = number("m", "nominal air gap", domain="positive", default=None)
+    bias_current: OptionalNumber = number("A", "bias current i0", domain="positive", default=None)
+    current_stiffness: OptionalNumber = number("N/A", "k_i, instead of the geometry", domain="positive", default=None)
+    negative_stiffness: OptionalNumber = number(
         "N/m", "k_s >= 0, instead of the geometry; pushes the rotor outward", domain="nonnegative", default=None
     )
-    max_current: Number | None = number("A", "largest total current of a coil", domain="positive", default=None)
-    max_flux_density: Number | None = number("T", "saturation flux density", domain="positive", default=None)
-    resistance: Number | None = number("ohm", "resistance of a coil", domain="nonnegative", default=None)
+    max_current: OptionalNumber = number("A", "largest total current of a coil", domain="positive", default=None)
+    max_flux_density: OptionalNumber = number("T", "saturation flux density", domain="positive", default=None)
+    resistance: OptionalNumber = number("ohm", "resistance of a coil", domain="nonnegative", default=None)
     leakage_inductance: Number = number("H", "inductance beside mu0 N^2 Ag/(2 g0)", domain="nonnegative", default=0.0)
-    link_voltage: Number | None = number("V", "voltage of the amplifier's DC link", domain="positive", default=None)
-    clearance: Number | None = number("m", "clearance of the backup bearing", domain="positive", default=None)
+    link_voltage: OptionalNumber = number("V", "voltage of the amplifier's DC link", domain="positive", default=None)
+    clearance: OptionalNumber = number("m", "clearance of the backup bearing", domain="positive", default=None)
     axes_angle: Number = number("rad", "angle from y (up) to the first magnet axis", default=0.0)
     sensor: str = part("name of the sensor that closes this loop; at the magnet if left out", default="")
     controller: PID | None = part("controller of this magnet; the machine's if left out", default=None)

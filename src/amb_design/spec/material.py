@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from ..errors import SpecError
-from .fields import Number, Spec, is_number, number, with_unit
+from .fields import Number, OptionalNumber, Spec, is_number, number, with_unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,8 +14,8 @@ class Isotropic(Spec):
     """An isotropic material; give the shear modulus or Poisson's ratio."""
 
     E: Number = number("Pa", "Young's modulus", domain="positive")
-    G: Number | None = number("Pa", "shear modulus", domain="positive", default=None)
-    nu: Number | None = number("", "Poisson's ratio", default=None)
+    G: OptionalNumber = number("Pa", "shear modulus", domain="positive", default=None)
+    nu: OptionalNumber = number("", "Poisson's ratio", default=None)
     density: Number = number("kg/m^3", "density", domain="positive")
 
     def check(self) -> None:

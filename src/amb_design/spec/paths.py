@@ -175,7 +175,8 @@ def replace(spec: S, values: Mapping[str, Any]) -> S:
             for key in keys[:-1]:
                 node = node.setdefault(key, {})
             node[keys[-1]] = _Leaf(value)
-    return _rebuild(spec, tree)
+    rebuilt: S = _rebuild(spec, tree)
+    return rebuilt
 
 
 @dataclasses.dataclass(frozen=True)

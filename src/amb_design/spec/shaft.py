@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import SpecError
-from .fields import Number, Spec, choice, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, choice, is_number, number, part, with_unit
 from .material import Isotropic, Material, Orthotropic
 
 THEORIES = ("timoshenko", "rayleigh", "euler-bernoulli")
@@ -59,13 +59,13 @@ class Segment(Spec):
 
     length: Number = number("m", "length", domain="positive")
     inner_diameter: Number = number("m", "inner diameter; zero for a solid shaft", domain="nonnegative", default=0.0)
-    outer_diameter: Number | None = number("m", "outer diameter (not with plies)", domain="positive", default=None)
+    outer_diameter: OptionalNumber = number("m", "outer diameter (not with plies)", domain="positive", default=None)
     material: Isotropic | None = part("material of a homogeneous section", default=None)
     plies: tuple[Ply, ...] = part("plies from the inside out", default=())
-    viscous_damping: Number | None = number(
+    viscous_damping: OptionalNumber = number(
         "s", "rotating viscous damping eta_v; the shaft's value if left out", domain="nonnegative", default=None
     )
-    hysteretic_damping: Number | None = number(
+    hysteretic_damping: OptionalNumber = number(
         "", "rotating hysteretic damping eta_h; the shaft's value if left out", domain="nonnegative", default=None
     )
 
