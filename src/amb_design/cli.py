@@ -130,7 +130,8 @@ def _analysed(
 
     many = len(machines) > 3
     jobs = {
-        name: (machine, None if folder is None else folder / name, formats, many) for name, machine in machines.items()
+        name: (machine, folder if folder is None or len(machines) == 1 else folder / name, formats, many)
+        for name, machine in machines.items()
     }
     done: dict[str, dict[str, Any]] = {}
     with progress(len(jobs)) as advance:

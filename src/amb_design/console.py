@@ -131,7 +131,6 @@ def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison
         Where figures were written.
     """
     console = _console()
-    variants = {n: d for n, d in documents.items() if n}
     if len(documents) == 1:
         _details(console, next(iter(documents.values())))
     else:
@@ -140,7 +139,7 @@ def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison
     if comparisons:
         _comparison(console, comparisons)
     if out is not None:
-        console.print(f"Figures and analysis.json are in {out}{'/ and its subfolders' if variants else '/'}")
+        console.print(f"Figures and analysis.json are in {out}{'/ and its subfolders' if len(documents) > 1 else '/'}")
 
 
 def limit_text(document: Document) -> str:
