@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 import matplotlib as mpl
+from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -44,7 +45,7 @@ STYLE: dict[str, Any] = {
     "axes.edgecolor": INK,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.prop_cycle": mpl.cycler(color=COLOURS),
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.spines.top": False,
     "axes.spines.right": False,
     "grid.color": "#e3e5e8",
@@ -75,7 +76,7 @@ def style() -> AbstractContextManager[None]:
         Inside it matplotlib's settings are those of the figures that the functions of this package open; they are
         restored at its end.
     """
-    return mpl.rc_context(STYLE)
+    return mpl.rc_context(STYLE)  # type: ignore[arg-type]
 
 
 @contextmanager
@@ -180,7 +181,7 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
 
 def shade(ax: Axes, name: str, x: tuple[float, float] | None, y: tuple[float, float] | None, colour: str) -> None:
     """Fill a band once, without influence on the limits of the axes; None spans the axes."""
-    if any(artist.get_gid() == name for artist in ax.artists):
+    if any(artist.get_gid() == name for artist in ax.get_children()):
         return
     transform = ax.transData if x and y else ax.get_xaxis_transform() if x else ax.get_yaxis_transform()
     (left, right), (low, high) = x or (0.0, 1.0), y or (0.0, 1.0)
@@ -211,7 +212,8 @@ def mark_limit(
 
 def unstable_windows(limit: StabilityLimit) -> list[tuple[float, float]]:
     """Ranges of speed [rad/s] with at least one unstable mode, up to the speed that was looked at."""
-    starts, stops = ([0.0] if limit.status == UNSTABLE else []), []
+    starts = [0.0] if limit.status == UNSTABLE else []
+    stops: list[float] = []
     for onset in limit.onsets:
         if onset.count > 0 and len(starts) == len(stops):
             starts.append(onset.speed)

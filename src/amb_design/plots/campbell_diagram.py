@@ -15,11 +15,24 @@ from matplotlib.lines import Line2D
 
 from ..analysis.campbell import Campbell
 from ..analysis.critical import CriticalSpeed
-from ..analysis.modes import WHIRL_FREQUENCY
+from ..analysis.modes import OVERDAMPED, WHIRL_FREQUENCY
 from ..analysis.stability import StabilityLimit
 from ..analysis.system import Array
 from ..units import RPM
-from .base import DASHES, FAINT, INK, RED, canvas, figure_of, halo, legend_above, mark_limit, note, size_in_points, spread
+from .base import (
+    DASHES,
+    FAINT,
+    INK,
+    RED,
+    canvas,
+    figure_of,
+    halo,
+    legend_above,
+    mark_limit,
+    note,
+    size_in_points,
+    spread,
+)
 
 HZ = 2.0 * math.pi
 
@@ -30,9 +43,6 @@ CLASSES = ListedColormap([RED, "#f0a04b", "#d7b64a", "#86b98a", "#4f9fb3", "#2f6
 
 UNDAMPED = 1e-7
 """Damping ratios below this are rounding errors of zero."""
-
-OVERDAMPED = 0.9
-"""Modes that never get below this damping ratio decay without whirling visibly, and are not drawn."""
 
 
 def campbell(
@@ -224,13 +234,15 @@ def _colour_bar(ax: Axes) -> None:
 
 
 def _legend(result: Campbell, modes: Sequence[int]) -> list[Artist]:
-    handles: list[Artist] = []
-    for whirl in ("forward", "backward", "planar"):
-        if any(result.whirl[j] == whirl and result.kind[j] == "rotor" for j in modes):
-            handles.append(Line2D([], [], color=INK, linestyle=DASHES[whirl], linewidth=1.6, label=whirl))
+    whirls = {result.whirl[j] for j in modes if result.kind[j] == "rotor"}
+    handles: list[Artist] = [
+        Line2D([], [], color=INK, linestyle=dashes, linewidth=1.6, label=whirl)
+        for whirl, dashes in DASHES.items()
+        if whirl in whirls
+    ]
     if any(result.kind[j] == "controller" for j in modes):
         handles.append(Line2D([], [], color=INK, linewidth=0.8, label="controller mode"))
-    handles.append(Line2D([], [], color=FAINT, linewidth=0.9, label="synchronous (1×)"))
+    handles.append(Line2D([], [], color=FAINT, linewidth=0.9, label="synchronous (1x)"))
     for whirl, face in (("forward", INK), ("backward", "white"), ("planar", INK)):
         if any(c.whirl == whirl for c in result.critical):
             handles.append(

@@ -62,7 +62,7 @@ def damping_ratios(
             alike = [i for i in alike if result.whirl[i] == result.whirl[j]]
             controller = result.kind[j] == "controller"
             name = f"{hertz(result.frequencies[0, alike[0]])} at rest, {result.whirl[j]}"
-            name += (" (controller)" if controller else "") + (f" × {len(alike)}" if len(alike) > 1 else "")
+            name += (" (controller)" if controller else "") + (f" ({len(alike)} modes)" if len(alike) > 1 else "")
             ax.plot(
                 result.speeds / RPM,
                 zeta[:, k],
@@ -209,7 +209,7 @@ def _signed_scale(ax: Axes, noise: float) -> None:
 
 
 def _unstable_side(ax: Axes, below: bool) -> None:
-    if any(artist.get_gid() == "unstable side" for artist in ax.artists):
+    if any(artist.get_gid() == "unstable side" for artist in ax.get_children()):
         return
     shade(ax, "unstable side", None, (-FAR, 0.0) if below else (0.0, FAR), "#fbe9ea")
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -35,16 +36,16 @@ def machine(machine: Machine, *, radial_scale: float | None = None, ax: Axes | N
     machine : Machine
         Numbers only.
     radial_scale : float, optional
-        Enlargement of the radii over the lengths. If left out it is 1, to scale, except for rotors so slender that nothing
-        could be seen; then it is told in the drawing.
+        Enlargement of the radii over the lengths. If left out it is 1, to scale, except for rotors so slender that
+        nothing could be seen. It is told below the axis if it is not 1.
     ax : Axes, optional
         Where to draw; a new figure of fitting height if left out.
 
     Returns
     -------
     Axes
-        Lengths in m or mm. Springs, pins, magnets' radial size and air gaps are symbols, not to scale; hatched disks are
-        steel rings of the given mass and polar inertia.
+        Lengths in m or mm. Springs, pins, the magnets' radial size and their air gaps are symbols, not to scale;
+        hatched disks are steel rings of the given mass and polar inertia.
     """
     stacks = len(distinct_layups(machine))
     points = 72.0 * WIDTH - 45.0 if ax is None else size_in_points(ax)[0]
@@ -52,9 +53,9 @@ def machine(machine: Machine, *, radial_scale: float | None = None, ax: Axes | N
     height = (sheet.height / sheet.width * sheet.points + 42.0) / 72.0
     with canvas(ax, height=max(height, 1.9 if stacks else 1.2)) as ax:
         _axes(ax, sheet, machine)
-        _shaft(ax, sheet, machine)
+        _shaft(ax, machine)
         for disk in machine.rotor.disks:
-            _disk(ax, sheet, machine, disk)
+            _disk(ax, machine, disk)
         for magnet in machine.magnets:
             _magnet(ax, sheet, machine, magnet)
         for bearing in machine.bearings:
@@ -73,7 +74,6 @@ def machine(machine: Machine, *, radial_scale: float | None = None, ax: Axes | N
 class _Label:
     text: str
     x: float
-    anchor: float
     row: int
 
 
@@ -114,8 +114,8 @@ class _Sheet:
         for magnet in machine.magnets:
             top = max(top, _surface(machine, float(magnet.position)) * scale + 3.2 * symbol)
             bottom = max(bottom, top)
-        for item in (*machine.bearings, *machine.pins):
-            bottom = max(bottom, _surface(machine, float(item.position)) * scale + 3.4 * symbol)
+        for _, x in stations(machine, ("bearings", "pins")):
+            bottom = max(bottom, _shaft_radius(machine, x) * scale + 3.4 * symbol)
         if machine.sensors:
             bottom += 1.2 * symbol
         per_point = 1.16 * length / points
@@ -162,15 +162,17 @@ def _rows(items: list[tuple[str, float]], per_point: float) -> tuple[_Label, ...
         half = (2.1 * len(text) + 3.0) * per_point
         row = next((i for i, end in enumerate(ends) if x - half > end), len(ends))
         ends[row : row + 1] = [x + half]
-        labels.append(_Label(text, x, 0.0, row))
+        labels.append(_Label(text, x, row))
     return tuple(labels)
 
 
 def _places(machine: Machine) -> list[float]:
-    boundaries = np.cumsum([0.0, *(float(s.length) for s in machine.rotor.shaft.segments)])
-    return [float((a + b) / 2.0) for a, b in zip(boundaries, boundaries[1:], strict=False)] + [
-        float(d.position) for d in machine.rotor.disks
-    ]
+    """A place inside every segment and the middle of every disk."""
+    places, start = [], 0.0
+    for segment in machine.rotor.shaft.segments:
+        places.append(start + float(segment.length) / 2.0)
+        start += float(segment.length)
+    return places + [float(disk.position) for disk in machine.rotor.disks]
 
 
 def _shaft_radius(machine: Machine, x: float) -> float:
@@ -217,46 +219,44 @@ def _axes(ax: Axes, sheet: _Sheet, machine: Machine) -> None:
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda v, _: minus(f"{v * factor:g}")))
     radius = sheet.radius / sheet.scale
-    ticks = MaxNLocator(2, steps=[1, 2, 5, 10]).tick_values(0.0, radius)
-    ticks = ticks[(ticks > 0.0) & (ticks <= radius * (1.0 + 1e-9))]
-    ax.set_yticks([*(-ticks[::-1]), 0.0, *ticks])
-    ax.set_xticks([t for t in MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, sheet.length) if 0.0 <= t <= sheet.length * 1.0001])
+    outward = [r for r in _ticks(2, radius) if r > 0.0]
+    ax.set_yticks([*(-r for r in reversed(outward)), 0.0, *outward])
+    ax.set_xticks(_ticks(8, sheet.length))
     ax.grid(False)
     ax.spines[["left", "top", "right"]].set_visible(False)
     enlarged = f"      (radii enlarged {sheet.scale:g} : 1)" if sheet.scale != 1.0 else ""
     ax.set_xlabel(f"x [{unit}]{enlarged}")
     ax.set_ylabel(f"r [{unit}]")
-    ax.plot([-0.03 * sheet.length, 1.03 * sheet.length], [0.0, 0.0], color=INK, linewidth=0.6, dashes=(12, 3, 2, 3), zorder=5)
+    ends = [-0.03 * sheet.length, 1.03 * sheet.length]
+    ax.plot(ends, [0.0, 0.0], color=INK, linewidth=0.6, dashes=(12, 3, 2, 3), zorder=5)
 
 
-def _both_sides(ax: Axes, x: float, inner: float, width: float, outer: float, **look: object) -> None:
+def _ticks(most: int, end: float) -> list[float]:
+    ticks = MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, end)
+    return [float(t) for t in ticks if t <= end * (1.0 + 1e-9)]
+
+
+def _both_sides(ax: Axes, x: float, inner: float, width: float, outer: float, **look: Any) -> None:
     """A ring in section: above and below the axis."""
     for low in (inner, -outer):
-        ax.add_patch(Rectangle((x, low), width, outer - inner, **look))  # type: ignore[arg-type]
+        ax.add_patch(Rectangle((x, low), width, outer - inner, **look))
 
 
-def _shaft(ax: Axes, sheet: _Sheet, machine: Machine) -> None:
+def _shaft(ax: Axes, machine: Machine) -> None:
     x = 0.0
     for i, segment in enumerate(machine.rotor.shaft.segments):
         length, inner, outer = float(segment.length), float(segment.inner_diameter) / 2.0, float(segment.outer) / 2.0
-        if inner > 0.0:
-            ax.add_patch(Rectangle((x, -inner), length, 2.0 * inner, facecolor=BORE, linewidth=0.0, zorder=2))
+        look: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.6, "zorder": 2.2, "gid": f"segment {i}"}
         if segment.plies:
             _plies(ax, segment, x, length)
-            _both_sides(
-                ax, x, inner, length, outer, fill=False, edgecolor=INK, linewidth=0.6, zorder=2.2, gid=f"segment {i}"
-            )
-        elif inner > 0.0:
-            _both_sides(
-                ax, x, inner, length, outer, facecolor=METAL, edgecolor=INK, linewidth=0.6, zorder=2.2, gid=f"segment {i}"
-            )
+        fill: dict[str, Any] = {"fill": False} if segment.plies else {"facecolor": METAL}
+        if inner > 0.0:
+            _both_sides(ax, x, inner, length, outer, **fill, **look)
+            bore = Rectangle((x, -inner), length, 2.0 * inner)
+            bore.set(facecolor=BORE, edgecolor=INK, linewidth=0.4, zorder=2.0)
+            ax.add_patch(bore)
         else:
-            body = Rectangle((x, -outer), length, 2.0 * outer, facecolor=METAL, edgecolor=INK, linewidth=0.6, zorder=2.2)
-            body.set_gid(f"segment {i}")
-            ax.add_patch(body)
-        if inner > 0.0:  # the open ends of the bore
-            ax.plot([x, x], [-inner, inner], color=INK, linewidth=0.4, zorder=2.2)
-            ax.plot([x + length] * 2, [-inner, inner], color=INK, linewidth=0.4, zorder=2.2)
+            ax.add_patch(Rectangle((x, -outer), length, 2.0 * outer, **fill, **look))
         x += length
 
 
@@ -264,15 +264,15 @@ def _plies(ax: Axes, segment: Segment, x: float, length: float) -> None:
     inner = float(segment.inner_diameter) / 2.0
     for ply in segment.plies:
         outer = inner + float(ply.thickness)
-        colour = angle_colour(float(ply.angle))
-        _both_sides(ax, x, inner, length, outer, facecolor=colour, edgecolor="white", linewidth=0.15, zorder=2.1, gid="ply")
+        look: dict[str, Any] = {"facecolor": angle_colour(float(ply.angle)), "edgecolor": "white", "linewidth": 0.15}
+        _both_sides(ax, x, inner, length, outer, **look, zorder=2.1, gid="ply")
         inner = outer
 
 
-def _disk(ax: Axes, sheet: _Sheet, machine: Machine, disk: Disk) -> None:
+def _disk(ax: Axes, machine: Machine, disk: Disk) -> None:
     left, right, inner, outer = _ring(machine, disk)
     known = disk.outer_diameter is not None
-    look = {"facecolor": DISK} if known else {"facecolor": "white", "hatch": "//////"}
+    look: dict[str, Any] = {"facecolor": DISK} if known else {"facecolor": "white", "hatch": "//////"}
     _both_sides(ax, left, inner, right - left, outer, edgecolor=INK, linewidth=0.6, zorder=2.6, gid="disk", **look)
 
 
@@ -335,8 +335,8 @@ def _ground(ax: Axes, sheet: _Sheet, x: float, depth: float) -> None:
 def _pin(ax: Axes, sheet: _Sheet, machine: Machine, x: float) -> None:
     s, start = sheet.symbol, _shaft_radius(machine, x) * sheet.scale
     corners = [(x, -start), (x - 0.8 * s, -start - 1.3 * s), (x + 0.8 * s, -start - 1.3 * s)]
-    triangle = Polygon([(a, b / sheet.scale) for a, b in corners], facecolor="white", edgecolor=INK, linewidth=0.9, zorder=3)
-    triangle.set_gid("pin")
+    triangle = Polygon([(a, b / sheet.scale) for a, b in corners])
+    triangle.set(facecolor="white", edgecolor=INK, linewidth=0.9, zorder=3, gid="pin")
     ax.add_patch(triangle)
     _ground(ax, sheet, x, start + 1.3 * s)
 

@@ -79,8 +79,8 @@ def _stack(bar: Axes, plies: tuple[Ply, ...], runs: list[tuple[float, float, flo
     bottom = 0.0
     for ply in plies:
         size = float(ply.thickness)
-        layer = Rectangle((0.0, bottom), 1.0, size, facecolor=angle_colour(float(ply.angle)), edgecolor=INK, linewidth=0.4)
-        layer.set_gid("layer")
+        layer = Rectangle((0.0, bottom), 1.0, size)
+        layer.set(facecolor=angle_colour(float(ply.angle)), edgecolor=INK, linewidth=0.4, gid="layer")
         bar.add_patch(layer)
         bottom += size
     bar.set(xlim=(0.0, 1.0), ylim=(0.0, bottom), xticks=[], yticks=[])
@@ -89,7 +89,7 @@ def _stack(bar: Axes, plies: tuple[Ply, ...], runs: list[tuple[float, float, flo
     centres = [(low + high) / 2.0 / bottom * tall for low, high, _, _ in runs]
     for (_, _, angle, count), place in zip(runs, spread(centres, 9.5, 2.0, tall - 2.0), strict=True):
         sign = "+" if angle > 0.0 and abs(angle) != 90.0 else ""
-        text = minus(f"{sign}{angle:g}°") + (f" × {count}" if count > 1 else "")
+        text = minus(f"{sign}{angle:g}°") + (f"  ({count})" if count > 1 else "")
         bar.annotate(
             text,
             (1.0, place / tall),
@@ -102,6 +102,12 @@ def _stack(bar: Axes, plies: tuple[Ply, ...], runs: list[tuple[float, float, flo
         )
     for y, word, va in ((1.0, "outside", "bottom"), (0.0, "inside", "top")):
         bar.annotate(
-            word, (0.0, y), xycoords="axes fraction", xytext=(0.0, 2.0 if y else -2.0), textcoords="offset points",
-            va=va, fontsize="x-small", color=INK,
+            word,
+            (0.0, y),
+            xycoords="axes fraction",
+            xytext=(0.0, 2.0 if y else -2.0),
+            textcoords="offset points",
+            va=va,
+            fontsize="x-small",
+            color=INK,
         )

@@ -66,8 +66,8 @@ def mode_shape(mode: Mode, machine: Machine | System, *, ax: Any = None) -> Any:
     Returns
     -------
     Axes3D
-        The shaft's axis x in metres, y upward. The heavy line is the shaft at one instant; each point runs along its orbit
-        from its dot towards the end of the orbit, which is left open.
+        The shaft's axis x in metres, y upward. The heavy line is the shaft at one instant; each point runs along its
+        orbit from its dot towards the end of the orbit, which is left open. Triangles are supports.
 
     Raises
     ------
@@ -80,7 +80,9 @@ def mode_shape(mode: Mode, machine: Machine | System, *, ax: Any = None) -> Any:
     owner = machine.machine if isinstance(machine, System) else machine
     x = machine.node_positions if isinstance(machine, System) else node_positions(plan(machine))
     if len(x) != len(mode.shape):
-        raise ModelError(f"the mode has {len(mode.shape)} nodes and {owner.name} has {len(x)}: it belongs to another mesh")
+        raise ModelError(
+            f"the mode has {len(mode.shape)} nodes, {owner.name} has {len(x)}; give the mode's own machine"
+        )
     phase = np.exp(1j * np.linspace(0.0, 0.85 * 2.0 * np.pi, 60))
     path = np.real(mode.shape[:, :, None] * phase)
     across, up = -path[:, 1], path[:, 0]  # z points towards the viewer, y upward

@@ -14,7 +14,7 @@ from ..analysis.unbalance import UnbalanceResponse, major_axis
 from ..errors import ModelError
 from ..spec.fields import is_number
 from ..units import RPM
-from .base import COLOURS, FAINT, INK, canvas, halo, legend_above, mark_critical, mark_limit
+from .base import COLOURS, INK, canvas, halo, legend_above, mark_critical, mark_limit
 from .stations import stations
 
 
@@ -105,9 +105,7 @@ def currents(
         ax.set_ylabel("control current [A]")
         for k, name in enumerate(names):
             colour = COLOURS[k % len(COLOURS)]
-            ax.plot(
-                result.speeds / RPM, _positive(result.peak_currents[:, k]), color=colour, label=name, gid="curve"
-            )
+            ax.plot(result.speeds / RPM, _positive(result.peak_currents[:, k]), color=colour, label=name, gid="curve")
         levels: dict[float, list[str]] = {}
         for name, magnet in zip(names, magnets, strict=True):
             if is_number(magnet.bias_current):
@@ -134,8 +132,8 @@ def _places(result: UnbalanceResponse, positions: Sequence[float | str] | None) 
         if isinstance(wanted, str):
             places = sorted({x for name, x in known if name == wanted or name.startswith(wanted + " ")})
             if not places:
-                names = ", ".join(name for name, _ in known)
-                raise ModelError(f"{result.machine.name} has nothing called {wanted!r}; known are {names}")
+                every = ", ".join(name for name, _ in known)
+                raise ModelError(f"{result.machine.name} has nothing called {wanted!r}; known are {every}")
             found += [(wanted if len(places) == 1 else f"{wanted}, x = {x:.4g} m", x) for x in places]
         else:
             found.append((f"x = {wanted:.4g} m", float(wanted)))
