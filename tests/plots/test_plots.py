@@ -416,9 +416,9 @@ def test_loops_that_are_alike_share_a_curve(loops: ad.Sensitivity) -> None:
 
 
 def test_sensitivity_of_an_unstable_machine_says_so(thesis: Case, loops: ad.Sensitivity) -> None:
-    assert not any("unstable" in t for t in texts(plots.sensitivity(loops, limit=thesis.limit)))
-    fast = dataclasses.replace(loops, speed=1.01 * thesis.limit.speed)
-    assert any("unstable at 9476 rpm" in t for t in texts(plots.sensitivity(fast, limit=thesis.limit)))
+    assert not any("unstable" in t for t in texts(plots.sensitivity(loops)))
+    fast = dataclasses.replace(loops, speed=1.01 * thesis.limit.speed, stable=False)
+    assert any("unstable at 9476 rpm" in t for t in texts(plots.sensitivity(fast)))
 
 
 def test_open_loop(loops: ad.Sensitivity) -> None:
@@ -440,10 +440,12 @@ def test_sensitivity_over_speed(thesis: Case) -> None:
         loops=("magnets[0]", "magnets[1]"),
         peaks=np.array([[1.2, 1.3], [2.0, 3.5], [6.0, 2.0]]),
         frequencies=np.full((3, 2), 300.0),
+        stable=False,
+        machine=thesis.machine,
     )
     ax = plots.sensitivity_over_speed(result, limit=thesis.limit)
     np.testing.assert_allclose(found(ax, "curve")[1].get_ydata(), [1.3, 3.5, 2.0])
-    assert legend(ax) == ["magnets[0]: up to 6.00, zone D", "magnets[1]: up to 3.50, zone B"]
+    assert legend(ax) == ["left magnet: up to 6.00, zone D", "right magnet: up to 3.50, zone B"]
     (veil,) = found(ax, "veil")
     assert veil.get_x() == pytest.approx(thesis.limit.speed_rpm)
     steep = dataclasses.replace(result, peaks=10.0 * result.peaks)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ..errors import ModelError
 from ..spec.machine import Machine
@@ -77,6 +76,8 @@ class Sensitivity:
         L of each loop with all others closed, broken at the sensor.
     peaks : tuple of Peak
         One a loop.
+    stable : bool
+        True if the closed loop is stable at this speed.
     machine : Machine
     """
 
@@ -86,6 +87,7 @@ class Sensitivity:
     sensitivity: Array
     open_loop: Array
     peaks: tuple[Peak, ...]
+    stable: bool
     machine: Machine = field(repr=False)
 
     @property
@@ -95,8 +97,8 @@ class Sensitivity:
 
     @property
     def zone(self) -> str:
-        """Zone of ISO 14839-3 of the worst loop."""
-        return self.worst.zone
+        """Zone of ISO 14839-3 of the worst loop; ``"unstable"`` where the closed loop is, for then the peaks mean nothing."""
+        return self.worst.zone if self.stable else "unstable"
 
 
 @one_thread
@@ -134,7 +136,8 @@ def sensitivity(
     """
     loop = machine if isinstance(machine, System) else system(machine)
     view = Axes(loop, speed)
-    grid = _grid(loop, speed, highest) if frequencies is None else np.asarray(frequencies, float)
+    values = np.linalg.eigvals(loop.matrix(speed))
+    grid = _grid(values, speed, highest) if frequencies is None else np.asarray(frequencies, float)
     table = np.array([view.at(float(w)) for w in grid])
     peaks = []
     for j, name in enumerate(view.names):
@@ -146,6 +149,7 @@ def sensitivity(
         sensitivity=table,
         open_loop=1.0 / table - 1.0,
         peaks=tuple(peaks),
+        stable=bool(values.real.max() < 0.0),
         machine=loop.machine,
     )
 
@@ -181,9 +185,8 @@ class Axes:
         return np.asarray((ahead + back.conj()) / 2.0)
 
 
-def _grid(loop: System, speed: float, highest: float | None) -> Array:
+def _grid(values: Array, speed: float, highest: float | None) -> Array:
     top = max(CHECKED_TO, 3.0 * speed) if highest is None else highest
-    values = np.linalg.eigvals(loop.matrix(speed))
     resonances = np.abs(values[np.abs(values.imag) > 1.0])
     inside = np.abs(values.imag[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
     width = np.abs(values.real[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
@@ -195,6 +198,8 @@ def _grid(loop: System, speed: float, highest: float | None) -> Array:
 
 def _refine(view: Axes, grid: Array, size: Array, j: int, name: str) -> Peak:
     """Polish the highest local maxima of a tabulated sensitivity."""
+    from scipy.optimize import minimize_scalar  # imported late: slow to load
+
     inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1
     best = Peak(name, float(size.max()), float(grid[int(size.argmax())]))
     for k in inner[np.argsort(-size[inner])][:6]:
@@ -222,12 +227,17 @@ class SensitivityOverSpeed:
         Peak sensitivity of each loop.
     frequencies : ndarray, shape (m, loops)
         Where the peaks lie [rad/s].
+    stable : bool
+        True if the closed loop is stable at all these speeds.
+    machine : Machine
     """
 
     speeds: Array
     loops: tuple[str, ...]
     peaks: Array
     frequencies: Array
+    stable: bool
+    machine: Machine = field(repr=False)
 
     @property
     def worst(self) -> float:
@@ -236,8 +246,8 @@ class SensitivityOverSpeed:
 
     @property
     def zone(self) -> str:
-        """Zone of ISO 14839-3 of the worst loop at the worst speed."""
-        return zone(self.worst)
+        """Zone of ISO 14839-3 of the worst loop at the worst speed; ``"unstable"`` if the closed loop is so anywhere."""
+        return zone(self.worst) if self.stable else "unstable"
 
 
 def sensitivity_over_speed(machine: Machine | System, speeds: Sequence[float] | Array) -> SensitivityOverSpeed:
@@ -260,4 +270,6 @@ def sensitivity_over_speed(machine: Machine | System, speeds: Sequence[float] | 
         loops=results[0].loops,
         peaks=np.array([[p.value for p in r.peaks] for r in results]),
         frequencies=np.array([[p.frequency for p in r.peaks] for r in results]),
+        stable=all(r.stable for r in results),
+        machine=loop.machine,
     )

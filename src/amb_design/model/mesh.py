@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 
@@ -118,7 +119,7 @@ def plan(machine: Machine) -> Mesh:
             groups.append([place])
     stations = tuple(_station(g) for g in groups)
     divisions, segments = [], []
-    for a, b in zip(stations, stations[1:], strict=False):
+    for a, b in pairwise(stations):
         divisions.append(max(1, math.ceil((b.position - a.position) * shaft.elements / length - 1e-6)))
         middle = (a.position + b.position) / 2.0
         segments.append(next(i for i, x in enumerate(boundaries[1:]) if middle < x))

@@ -38,7 +38,7 @@ ZONE_COLOURS = {"A": "#eef5ee", "B": "#fff6d9", "C": "#fde6cf", "D": "#f9d6d5"}
 
 
 def sensitivity(
-    result: Sensitivity, *, decibels: bool = True, limit: StabilityLimit | None = None, ax: Axes | None = None
+    result: Sensitivity, *, decibels: bool = True, ax: Axes | None = None
 ) -> Axes:
     """Draw the sensitivity of each control loop over the frequency, with the zones of ISO 14839-3.
 
@@ -48,15 +48,14 @@ def sensitivity(
         From `amb_design.sensitivity`.
     decibels : bool
         False gives a linear ordinate.
-    limit : StabilityLimit, optional
-        If the machine is unstable at the speed of the result, the drawing says so: then the curves mean nothing.
     ax : Axes, optional
         Where to draw; a new figure if left out.
 
     Returns
     -------
     Axes
-        Frequencies in Hz; one curve for loops that are alike, their peaks marked and told in the legend.
+        Frequencies in Hz; one curve for loops that are alike, their peaks marked and told in the legend. Where the closed
+        loop is unstable the drawing says so, for then the curves mean nothing.
     """
     scale = _decibels if decibels else np.asarray
     with canvas(ax) as ax:
@@ -88,7 +87,7 @@ def sensitivity(
         if decibels:
             ax.yaxis.set_major_locator(MultipleLocator(10.0))
         _zones(ax, decibels)
-        if limit is not None and any(a <= result.speed < b for a, b in unstable_windows(limit)):
+        if not result.stable:
             note(ax, f"unstable at {result.speed / RPM:.0f} rpm: these curves mean nothing", RED)
         legend_above(ax)
     return ax
@@ -124,7 +123,7 @@ def sensitivity_over_speed(
                 result.peaks[:, group[0]],
                 marker=".",
                 color=COLOURS[k % len(COLOURS)],
-                label=f"{_joined(result.loops, group)}: up to {worst:.2f}, zone {zone(worst)}",
+                label=f"{_names(result, group)}: up to {worst:.2f}, zone {zone(worst)}",
                 gid="curve",
             )
         if result.worst > 20.0:
@@ -249,7 +248,7 @@ def _alike(curves: Array) -> list[list[int]]:
     return groups
 
 
-def _names(result: Sensitivity, group: Sequence[int]) -> str:
+def _names(result: Sensitivity | SensitivityOverSpeed, group: Sequence[int]) -> str:
     names = [name for name, _ in stations(result.machine, ("magnets",))]
     return _joined([_named(loop, names) for loop in result.loops], group)
 
