@@ -104,7 +104,7 @@ def describe_campbell(result, node):
 
 def describe_critical_speeds(result, node):
     """Separate the modes: ROSS gives a torsional one no whirl direction."""
-    pairs = list(zip(result.wd("rpm").tolist(), map(str, result.whirl_direction)))
+    pairs = list(zip(result.wd("rpm").tolist(), map(str, result.whirl_direction), strict=True))
     return {
         "lateral": [{"rpm": s, "whirl": name} for s, name in pairs if name != "None"],
         "not_lateral_rpm": [s for s, name in pairs if name == "None"],

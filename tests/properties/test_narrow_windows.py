@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 from amb_design.analysis.certificate import Crossing, Range, Walk
 from amb_design.analysis.threads import one_thread
 
-WIDTHS = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
+WIDTHS = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7]
 FAMILIES = 24  # for each width, half of them real
 SWEEP = 1000
 
@@ -121,3 +121,13 @@ def test_windows_are_found(width: float) -> None:
         f"relative width {width:g}: {len(results)} of {FAMILIES} windows found, none by the sweep; worst error "
         f"{max(errors):.1e} of the speed; eigendecompositions {min(spent)} to {max(spent)}, mean {np.mean(spent):.0f}"
     )
+
+
+def test_landing_on_a_crossing_exactly() -> None:
+    """The tangent of an affine eigenvalue predicts its crossing to the last bit, where nothing can be certified."""
+    walk = Walk(np.array([[-1.0]]), np.array([[2.0**-10]]), budget=20)
+    assert walk.at(1024.0).values == 0.0
+    events = list(walk.events(3000.0))
+    crossings = [e for e in events if isinstance(e, Crossing)]
+    assert [c.onset for c in crossings] == [True]
+    assert 1024.0 * (1 - 3e-8) <= crossings[0].lower <= 1024.0 <= crossings[0].upper <= 1024.0 * (1 + 3e-8)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ..errors import SolveError
 from ..spec.machine import Machine
@@ -103,8 +103,7 @@ def campbell(
     top = loop.machine.operation.top_speed
     grid = np.linspace(0.0, top, 121) if speeds is None else np.asarray(speeds, float)
     reduced = _truncated(loop, float(grid[-1]), modes) if fast else loop
-    walk = Walk(reduced.A0, reduced.A1, budget=len(grid) + 1)
-    decompositions = [walk.at(float(s)) for s in grid]
+    decompositions = _decomposed(reduced, grid)
     whirling, still = _largest(decompositions)
     branches = _follow(decompositions, reduced.complex_form)
     values = np.stack([e.values[b] for e, b in zip(decompositions, branches, strict=True)])
@@ -125,6 +124,15 @@ def campbell(
     )
 
 
+def _decomposed(loop: System, speeds: Array) -> list[Eigensystem]:
+    """Eigendecompositions at all speeds, in one call each to the batched routines."""
+    matrices = loop.A0 + speeds[:, None, None] * loop.A1
+    values, right = np.linalg.eig(matrices)
+    left = np.linalg.inv(right)
+    norms = np.linalg.norm(matrices, axis=(1, 2))
+    return list(map(Eigensystem, speeds.tolist(), values, right, left, left @ loop.A1 @ right, norms.tolist()))
+
+
 def _largest(decompositions: list[Eigensystem]) -> tuple[Array, Array]:
     whirling, still = [], []
     for e in decompositions:
@@ -136,15 +144,17 @@ def _largest(decompositions: list[Eigensystem]) -> tuple[Array, Array]:
 
 def _follow(decompositions: list[Eigensystem], complex_form: bool) -> list[Array]:
     """Index of each branch in each decomposition, matched by tangent and by overlap of left and right vectors."""
+    from scipy.optimize import linear_sum_assignment  # imported late: slow to load
+
     first = decompositions[0]
     branch = np.arange(len(first.values)) if complex_form else np.flatnonzero(first.values.imag >= 0.0)
     out = [branch]
-    for e, f in zip(decompositions, decompositions[1:], strict=False):
-        expected = e.values[branch] + (f.speed - e.speed) * e.rates[branch]
+    for e, f in pairwise(decompositions):
+        expected = e.values + (f.speed - e.speed) * e.rates
         distance = np.abs(expected[:, None] - f.values) / (np.abs(expected)[:, None] + np.abs(f.values) + 1e-300)
-        overlap = np.abs(e.left[branch] @ f.right) * np.abs(f.left @ e.right[:, branch]).T
-        _, matched = linear_sum_assignment(distance + 1.0 - np.minimum(overlap, 1.0))
-        branch = matched
+        overlap = np.abs(e.left @ f.right) * np.abs(f.left @ e.right).T
+        cost = distance + 1.0 - np.minimum(overlap, 1.0)
+        branch = linear_sum_assignment(cost[branch])[1]
         out.append(branch)
     return out
 
@@ -165,18 +175,18 @@ def _truncated(loop: System, top: float, modes: int) -> System:
     """The smallest verified truncation, or the full loop if none holds."""
     n = loop.displacements
     polisher = Polisher(loop.pencil)
-    size = modes // (2 if loop.complex_form else 1) + 6
+    size = modes // (2 if loop.complex_form else 1) + 8
     while size < 0.6 * n:
         reduced = loop.truncated(size)
         e = Walk(reduced.A0, reduced.A1).at(top)
         whirling = np.flatnonzero(whirls(e.values) & (-e.values.real < OVERDAMPED * np.abs(e.values)))
         lowest = whirling[np.argsort(np.abs(e.values.imag[whirling]))][:modes]
         try:
-            if all(_moved(polisher, reduced, e, int(i)) <= TRUNCATION for i in lowest):
+            if all(_moved(polisher, reduced, e, int(i)) <= TRUNCATION for i in reversed(lowest)):
                 return reduced
         except SolveError:
             pass
-        size *= 2
+        size += size // 2
     return loop
 
 

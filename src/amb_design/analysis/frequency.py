@@ -17,8 +17,7 @@ from scipy.linalg import get_lapack_funcs
 from ..errors import SolveError
 from ..model.controller import Realisation
 from ..model.loop import Structure
-from ..model.pair import Pair
-from .system import Array
+from .system import Array, triplets
 
 
 class Receptance:
@@ -33,9 +32,9 @@ class Receptance:
     def __init__(self, plant: Structure):
         self.plant = plant
         matrices = (plant.M, plant.C0, plant.C1, plant.K0, plant.K1)
-        triplets = [_triplets(m) for m in matrices]
-        self.bandwidth = max((int(np.abs(r - c).max()) for r, c, _ in triplets if len(r)), default=0)
-        self._bands = [self._banded(*t) for t in triplets]
+        entries = [triplets(m) for m in matrices]
+        self.bandwidth = max((int(np.abs(r - c).max()) for r, c, _ in entries if len(r)), default=0)
+        self._bands = [self._banded(*e) for e in entries]
         (self._solve,) = get_lapack_funcs(("gbsv",), (np.zeros(1, complex),))
 
     def _banded(self, rows: Array, columns: Array, values: Array) -> Array:
@@ -71,17 +70,6 @@ class Receptance:
         if info:
             raise SolveError(f"the response at {frequency:.6g} rad/s is infinite: an undamped resonance")
         return np.asarray(q)
-
-
-def _triplets(pair: Pair) -> tuple[Array, Array, Array]:
-    rows, columns, values = [], [], []
-    for part, factor in ((pair.re, 1.0), (pair.im, 1j)):
-        matrix = ca.DM(part)
-        r, c = matrix.sparsity().get_triplet()
-        rows += r
-        columns += c
-        values += [factor * v for v in matrix.nonzeros()]
-    return np.array(rows, int), np.array(columns, int), np.array(values, complex)
 
 
 class Chain:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from ..errors import SolveError
 from ..model.loop import Pencil
@@ -50,9 +50,11 @@ class Polisher:
         SolveError
             If the iteration does not settle.
         """
+        from scipy.sparse.linalg import splu  # imported late: slow to load
+
         a = (self.a0 + speed * self.a1).tocsc()
         for _ in range(2):  # the second factorisation is needed only by poor estimates
-            lu = spla.splu((a - value * (1.0 + 1e-9) * self.e).tocsc())
+            lu = splu((a - value * (1.0 + 1e-9) * self.e).tocsc())
             for _ in range(4):
                 right = lu.solve(self.e @ right)
                 left = lu.solve(self.e.T @ left, trans="H")
@@ -65,6 +67,6 @@ class Polisher:
         raise SolveError(f"no eigenvalue settles near {value:.6g} 1/s at {speed:.6g} rad/s")
 
 
-def sparse(pair: Pair) -> sp.csc_matrix:
-    """A numeric CasADi pair as a complex SciPy matrix."""
+def sparse(pair: Pair) -> Any:
+    """A numeric CasADi pair as a complex SciPy matrix in CSC form."""
     return (ca.DM(pair.re).sparse() + 1j * ca.DM(pair.im).sparse()).tocsc()

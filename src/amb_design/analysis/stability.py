@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..spec.machine import Machine
-from .certificate import Crossing, Eigensystem, Walk
+from .certificate import RESOLUTION, Crossing, Eigensystem, Walk
 from .modes import Mode, mode
 from .system import System, system
 from .threads import one_thread
@@ -139,9 +139,7 @@ def stability_limit(
     except SolveError:
         certified = False
         crossings += _sweep(walk, loop, reached, top, first_only)
-    onsets = tuple(
-        Onset(c.lower, c.onset, c.above.unstable, mode(loop, c.below, c.critical)) for c in crossings
-    )
+    onsets = tuple(Onset(c.lower, c.onset, c.above.unstable, _crossing_mode(walk, loop, c)) for c in crossings)
     limiting: Mode | None = None
     status, speed, bracket = NONE, top, (top, math.inf)
     if at_rest:
@@ -152,6 +150,19 @@ def stability_limit(
     return StabilityLimit(
         float(speed), status, certified, bracket, limiting, onsets, at_rest, top, walk.eigendecompositions, loop.machine
     )
+
+
+def _crossing_mode(walk: Walk, loop: System, crossing: Crossing) -> Mode:
+    """The mode that crosses, at the crossing itself: the range that led there may have come from a speed far off."""
+    e, k = crossing.below, crossing.critical
+    if abs(crossing.lower - e.speed) > RESOLUTION * crossing.lower:
+        walk.budget += 1
+        e = walk.at(crossing.lower)
+        rates = e.rates.real if crossing.onset else -e.rates.real
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = np.where(rates > 0.0, np.abs(e.values.real) / rates, np.inf)
+        k = int(np.argmin(distance))
+    return mode(loop, e, k)
 
 
 def _sweep(walk: Walk, loop: System, start: float, top: float, first_only: bool, speeds: int = 400) -> list[Crossing]:

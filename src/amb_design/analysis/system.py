@@ -2,7 +2,8 @@
 
 The pencil E x' = (A0 + Omega A1) x is brought to standard form in the modal coordinates of the rotor at rest, scaled
 so that the undamped part is skew-Hermitian. In these coordinates the matrix is close to normal: its eigenvalues are
-well conditioned, and the certificate of the stability limit takes long steps.
+well conditioned, and the certificate of the stability limit takes long steps. Nothing is computed before it is asked for, so
+that analyses which work on the sparse matrices do without the dense ones.
 """
 
 from __future__ import annotations
@@ -27,10 +28,25 @@ SLOWEST = 1.0
 """Rigid and statically unstable modes are scaled as if they had this frequency [rad/s]."""
 
 
+def triplets(pair: Pair) -> tuple[Array, Array, Array]:
+    """Rows, columns and values of a numeric CasADi pair; a place may come twice, with its real and imaginary part."""
+    rows, columns, values = [], [], []
+    for part, factor in ((pair.re, 1.0), (pair.im, 1j)):
+        matrix = ca.DM(part)
+        r, c = matrix.sparsity().get_triplet()
+        rows += r
+        columns += c
+        values += [factor * v for v in matrix.nonzeros()]
+    return np.array(rows, int), np.array(columns, int), np.array(values)
+
+
 def dense(pair: Pair) -> Array:
     """A numeric CasADi pair as a dense array, real if it has no imaginary part."""
-    re, im = ca.DM(pair.re).full(), ca.DM(pair.im).full() if pair.im.nnz() else None
-    return re + 1j * im if im is not None and im.any() else re
+    rows, columns, values = triplets(pair)
+    values = values if values.imag.any() else values.real
+    out = np.zeros(pair.shape, values.dtype)
+    np.add.at(out, (rows, columns), values)
+    return out
 
 
 @dataclass(frozen=True)
@@ -42,21 +58,38 @@ class System:
     machine : Machine
     plant : Structure
         Its CasADi matrices (numeric).
-    A0, A1 : ndarray, shape (n, n)
-        dz/dt = (A0 + speed A1) z in balanced coordinates; complex in the complex form, else real.
-    to_state : ndarray, shape (n, n)
-        x = to_state z: balanced coordinates to the states of the pencil.
-    from_rate : ndarray, shape (n, n)
-        Left vectors: y^H = w^H from_rate belongs to the pencil if w^H belongs to A0 + speed A1.
+    kept : int
+        Number of modes of the rotor at rest that the balanced coordinates hold; all of them is exact.
     """
 
     machine: Machine
     plant: Structure
-    pencil: Pencil
-    A0: Array
-    A1: Array
-    to_state: Array
-    from_rate: Array
+    kept: int
+
+    @cached_property
+    def pencil(self) -> Pencil:
+        """E x' = (A0 + speed A1) x of the full model, sparse."""
+        return close(self.plant)
+
+    @property
+    def A0(self) -> Array:  # noqa: N802
+        """dz/dt = (A0 + speed A1) z in balanced coordinates; complex in the complex form, else real."""
+        return self._balanced[0]
+
+    @property
+    def A1(self) -> Array:  # noqa: N802
+        """Part of the matrix that is proportional to the speed."""
+        return self._balanced[1]
+
+    @property
+    def to_state(self) -> Array:
+        """x = to_state z: balanced coordinates to the states of the pencil."""
+        return self._balanced[2]
+
+    @property
+    def from_rate(self) -> Array:
+        """Left vectors: y^H = w^H from_rate belongs to the pencil if w^H belongs to A0 + speed A1."""
+        return self._balanced[3]
 
     @property
     def complex_form(self) -> bool:
@@ -81,18 +114,7 @@ class System:
         modes : int
             Number of modes kept.
         """
-        n = self.displacements
-        keep = np.r_[0:modes, n : n + modes, 2 * n : self.size]
-        inside = np.ix_(keep, keep)
-        return System(
-            self.machine,
-            self.plant,
-            self.pencil,
-            self.A0[inside],
-            self.A1[inside],
-            self.to_state[:, keep],
-            self.from_rate[keep],
-        )
+        return System(self.machine, self.plant, modes)
 
     @cached_property
     def mass(self) -> Array:
@@ -102,6 +124,25 @@ class System:
     def matrix(self, speed: float) -> Array:
         """A0 + speed A1."""
         return np.asarray(self.A0 + speed * self.A1)
+
+    @cached_property
+    def _balanced(self) -> tuple[Array, Array, Array, Array]:
+        n, k = self.displacements, self.kept
+        a0, a1, mass = dense(self.pencil.A0), dense(self.pencil.A1), self.mass
+        stiffness = -a0[n : 2 * n, :n]
+        squares, modes = sla.eigh(
+            (stiffness + stiffness.conj().T) / 2.0, mass, subset_by_index=None if k == n else (0, k - 1)
+        )
+        scale = np.maximum(np.sqrt(np.abs(squares)), SLOWEST)
+        controllers = np.eye(len(a0) - 2 * n)
+        right = sla.block_diag(modes / scale, modes, controllers)
+        left = sla.block_diag(scale[:, None] * (modes.conj().T @ mass), modes.conj().T, controllers)
+        b0, b1 = left @ a0 @ right, left @ a1 @ right
+        b0[:k, :] = 0.0
+        b0[np.arange(k), k + np.arange(k)] = scale  # exactly, instead of to rounding
+        top = self.machine.operation.top_speed
+        _, (powers, _) = sla.matrix_balance(np.abs(b0) + top * np.abs(b1), permute=False, separate=True)
+        return b0 / powers[:, None] * powers, b1 / powers[:, None] * powers, right * powers, left / powers[:, None]
 
     @cached_property
     def node_positions(self) -> Array:
@@ -134,27 +175,4 @@ def system(machine: Machine, mesh: Mesh | None = None, complex_form: bool | None
     System
     """
     plant = structure_of(machine, mesh or plan(machine), complex_form)
-    pencil = close(plant)
-    n = plant.size
-    mass, a0, a1 = dense(plant.M), dense(pencil.A0), dense(pencil.A1)
-    stiffness = -a0[n : 2 * n, :n]
-    squares, modes = sla.eigh((stiffness + stiffness.conj().T) / 2.0, mass)
-    scale = np.maximum(np.sqrt(np.abs(squares)), SLOWEST)
-
-    size = len(a0)
-    dtype = np.result_type(a0, a1, modes)
-    right = np.zeros((size, size), dtype)
-    left = np.zeros((size, size), dtype)
-    right[:n, :n] = modes / scale
-    right[n : 2 * n, n : 2 * n] = modes
-    left[:n, :n] = scale[:, None] * (modes.conj().T @ mass)
-    left[n : 2 * n, n : 2 * n] = modes.conj().T
-    controller = np.arange(2 * n, size)
-    right[controller, controller] = left[controller, controller] = 1.0
-    b0, b1 = left @ a0 @ right, left @ a1 @ right
-    b0[:n, :] = 0.0
-    b0[np.arange(n), n + np.arange(n)] = scale  # exactly, instead of to rounding
-    top = machine.operation.top_speed
-    _, (powers, _) = sla.matrix_balance(np.abs(b0) + top * np.abs(b1), permute=False, separate=True)
-    b0, b1 = b0 / powers[:, None] * powers, b1 / powers[:, None] * powers
-    return System(machine, plant, pencil, b0, b1, right * powers, left / powers[:, None])
+    return System(machine, plant, plant.size)

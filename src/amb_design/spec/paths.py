@@ -11,6 +11,7 @@ import dataclasses
 import difflib
 import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from ..errors import SpecError
@@ -206,7 +207,8 @@ def _rebuild(node: Any, tree: Any) -> Any:
     return dataclasses.replace(node, **changes)
 
 
-def _steps(path: str) -> list[tuple[str, str]]:
+@lru_cache(maxsize=4096)
+def _steps(path: str) -> tuple[tuple[str, str], ...]:
     steps = []
     for step in path.split("."):
         match = _STEP.match(step)
@@ -215,18 +217,19 @@ def _steps(path: str) -> list[tuple[str, str]]:
                 "is no path", field=path, remedy="write names joined by dots, such as rotor.disks[2].position"
             )
         steps.append((match[1], match[2]))
-    return steps
+    return tuple(steps)
 
 
-def _keys(path: str) -> list[Any]:
+@lru_cache(maxsize=4096)
+def _keys(path: str) -> tuple[Any, ...]:
     keys: list[Any] = []
     for name, indices in _steps(path):
         keys.append(name)
         keys.extend(int(i) for i in re.findall(r"\d+", indices))
-    return keys
+    return tuple(keys)
 
 
-def _fits(short: list[tuple[str, str]], full: list[tuple[str, str]]) -> bool:
+def _fits(short: tuple[tuple[str, str], ...], full: tuple[tuple[str, str], ...]) -> bool:
     """True if `short` is `full` with some steps and indices left out; the last step must stay."""
     if short[-1][0] != full[-1][0]:
         return False
