@@ -143,6 +143,32 @@ def is_switched_off(spec: Spec, path: str) -> bool:
     return bool(metadata(spec, path).get("switch")) and isinstance(found, int | float) and found == 0
 
 
+def skeleton(spec: Any) -> Any:
+    """What a specification is apart from its numbers: two machines with equal skeletons differ in numbers only.
+
+    Parameters
+    ----------
+    spec : Spec
+        A machine or any part of one.
+
+    Returns
+    -------
+    hashable
+    """
+    if isinstance(spec, tuple):
+        return tuple(skeleton(item) for item in spec)
+    if not isinstance(spec, Spec):
+        return spec
+    parts: list[Any] = [type(spec)]
+    for f in dataclasses.fields(spec):
+        found = getattr(spec, f.name)
+        if "unit" not in f.metadata or found is None or isinstance(found, str):
+            parts.append(skeleton(found) if f.compare else None)
+        else:
+            parts.append((bool(f.metadata["switch"]) and found == 0,))
+    return tuple(parts)
+
+
 def replace(spec: S, values: Mapping[str, Any]) -> S:
     """A copy with other values in some fields.
 
