@@ -19,7 +19,7 @@ from .analysis.summary import Analysis
 from .analysis.system import system
 from .analysis.unbalance import unbalance_response
 
-SPEEDS = 61
+SPEEDS = 46
 """Speeds of the Campbell diagram."""
 
 
