@@ -59,10 +59,7 @@ def build_rotor(rs, elements, damping):
         rs.DiskElement.from_geometry(left, steel, 0.07, 0.05, 0.28),
         rs.DiskElement.from_geometry(left + middle, steel, 0.07, 0.05, 0.35),
     ]
-    bearings = [
-        rs.BearingElement(node, kxx=1e6, kyy=1e6, cxx=damping, cyy=damping)
-        for node in (0, elements)
-    ]
+    bearings = [rs.BearingElement(node, kxx=1e6, kyy=1e6, cxx=damping, cyy=damping) for node in (0, elements)]
     return rs.Rotor(shaft, disks, bearings)
 
 
@@ -116,9 +113,7 @@ def describe_unbalance(result, node):
     rpm = result.speed_range / RPM
     return {
         "all_finite": bool(np.isfinite(result.forced_resp).all()),
-        "y_amplitude_at_disk_1": [
-            {"rpm": float(rpm[i]), "m": float(amplitude[i])} for i in REPORTED_SPEEDS
-        ],
+        "y_amplitude_at_disk_1": [{"rpm": float(rpm[i]), "m": float(amplitude[i])} for i in REPORTED_SPEEDS],
     }
 
 
@@ -183,8 +178,7 @@ def main():
 
     packages = ("ross-rotordynamics", "numpy", "scipy", "plotly")
     report = {
-        "versions": {"python": platform.python_version()}
-        | {name: version(name) for name in packages},
+        "versions": {"python": platform.python_version()} | {name: version(name) for name in packages},
         "elements": args.elements,
         "elements_per_third": mesh_thirds(args.elements),
         "repeat": args.repeat,

@@ -40,7 +40,9 @@ def measure(variant, repeat):
     limit_seconds = cpu_seconds(lambda: ad.stability_limit(machine, first_only=True), repeat=repeat)
     build_seconds = cpu_seconds(lambda: differentiate(machine), repeat=repeat)
     others = iter(renumbered(machine, 10 * repeat + 20))
-    gradient_seconds = cpu_seconds(lambda: [gradient(next(others), limit.mode) for _ in range(10)], repeat=repeat) / 10.0
+    gradient_seconds = (
+        cpu_seconds(lambda: [gradient(next(others), limit.mode) for _ in range(10)], repeat=repeat) / 10.0
+    )
     return {
         "status": limit.status,
         "certified": limit.certified,

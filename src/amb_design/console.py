@@ -115,7 +115,9 @@ def outlines(documents: Mapping[str, Document]) -> None:
                 )
             console.print(text, soft_wrap=True)
         form = "complex, y and z alike" if d["form"] == "complex" else "real, y and z apart"
-        console.print(f"  model: {d['elements']} elements, {d['states']} states ({form}), up to {d['top_speed_rpm']:.6g} rpm\n")
+        console.print(
+            f"  model: {d['elements']} elements, {d['states']} states ({form}), up to {d['top_speed_rpm']:.6g} rpm\n"
+        )
 
 
 def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison], out: Path | None) -> None:
@@ -200,19 +202,33 @@ def _details(console: Console, d: Document) -> None:
     limit = d["stability_limit"]
     certified = " (certified at every speed below)" if limit["certified"] and limit["status"] != "marginal" else ""
     console.print(f"[bold]{d['name']}[/]: {d['states']} states, {d['form']} form")
-    console.print(f"[bold]stability limit: {limit_text(d)}[/]{certified if limit['status'] != 'unstable at rest' else ''}")
+    console.print(
+        f"[bold]stability limit: {limit_text(d)}[/]{certified if limit['status'] != 'unstable at rest' else ''}"
+    )
     if limit["mode"]:
         verb = "undamped" if limit["status"] == "marginal" else "set by"
         console.print(f"  {verb}: {limit['mode']}")
     for o in d["onsets"]:
-        console.print(f"  {o['speed_rpm']:.0f} rpm: {o['mode']} becomes {o['becomes']} ({o['unstable_modes_above']} unstable above)")
+        console.print(
+            f"  {o['speed_rpm']:.0f} rpm: {o['mode']} becomes {o['becomes']} ({o['unstable_modes_above']} unstable above)"
+        )
     if d["critical_speeds"]:
-        table = Table("critical speed [rpm]", "whirl", "damping ratio", "mode", title="Critical speeds", title_justify="left")
+        table = Table(
+            "critical speed [rpm]", "whirl", "damping ratio", "mode", title="Critical speeds", title_justify="left"
+        )
         for c in d["critical_speeds"]:
             table.add_row(f"{c['speed_rpm']:.1f}", c["whirl"], f"{c['damping_ratio']:.4f}", c["kind"])
         console.print(table)
     if d["modes_at_rest"]:
-        table = Table("frequency [Hz]", "whirl", "damping ratio", "log. decrement", "mode", title="Modes at rest", title_justify="left")
+        table = Table(
+            "frequency [Hz]",
+            "whirl",
+            "damping ratio",
+            "log. decrement",
+            "mode",
+            title="Modes at rest",
+            title_justify="left",
+        )
         for m in d["modes_at_rest"]:
             decrement = m["logarithmic_decrement"]
             table.add_row(
@@ -224,12 +240,16 @@ def _details(console: Console, d: Document) -> None:
             )
         console.print(table)
     if d["sensitivity"]:
-        table = Table("speed [rpm]", "loop", "peak", "at [Hz]", "zone", title="Sensitivity (ISO 14839-3)", title_justify="left")
+        table = Table(
+            "speed [rpm]", "loop", "peak", "at [Hz]", "zone", title="Sensitivity (ISO 14839-3)", title_justify="left"
+        )
         for s in d["sensitivity"]:
             table.add_row(f"{s['speed_rpm']:.0f}", s["loop"], f"{s['peak']:.3f}", f"{s['frequency_hz']:.1f}", s["zone"])
         console.print(table)
     if d["limit_sensitivities"]:
-        table = Table("number", "value", "rpm per 1 %", title="What moves the stability limit most", title_justify="left")
+        table = Table(
+            "number", "value", "rpm per 1 %", title="What moves the stability limit most", title_justify="left"
+        )
         for r in d["limit_sensitivities"][:10]:
             table.add_row(r["number"], f"{r['value']:.5g} {r['unit']}", f"{r['rpm_per_percent']:+.2f}")
         console.print(table)
@@ -331,5 +351,7 @@ def _summaries(comparisons: Sequence[Comparison], many: int = 8) -> dict[str, st
         group = [c for c in comparisons if c.figure.source == source]
         if len(group) > many and all(c.agrees for c in group):
             worst = max(abs(c.difference or 0.0) for c in group)
-            out[source] = f"All {len(group)} figures of the {source} agree; the largest difference is {100.0 * worst:.2f} %."
+            out[source] = (
+                f"All {len(group)} figures of the {source} agree; the largest difference is {100.0 * worst:.2f} %."
+            )
     return out

@@ -119,7 +119,10 @@ def _crossings(loop: System, top: float) -> list[CriticalSpeed]:
             crossing = _newton(loop, polisher, *start, sign)
             if crossing is None or not 0.0 < crossing.speed <= top:
                 continue
-            if all(abs(crossing.speed - c.speed) > 1e-8 * top or abs(crossing.signed - c.signed) > 1e-6 * top for c in found):
+            if all(
+                abs(crossing.speed - c.speed) > 1e-8 * top or abs(crossing.signed - c.signed) > 1e-6 * top
+                for c in found
+            ):
                 found.append(crossing)
     return [CriticalSpeed(m.speed, m.whirl, m.damping_ratio, m.kind) for m in found]
 

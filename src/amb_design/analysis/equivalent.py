@@ -84,9 +84,13 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
     if not loops.axes:
         raise ModelError(f"{machine.name} has no control loop to replace by equivalent coefficients")
     if not loops.plant.complex_form:
-        raise ModelError(f"{machine.name} is anisotropic; equivalent coefficients are implemented for isotropic machines")
+        raise ModelError(
+            f"{machine.name} is anisotropic; equivalent coefficients are implemented for isotropic machines"
+        )
     if any(machine.sensor_position(m) != m.position for m in machine.magnets):
-        raise ModelError(f"{machine.name} senses away from its magnets; equivalent coefficients need collocated sensors")
+        raise ModelError(
+            f"{machine.name} senses away from its magnets; equivalent coefficients need collocated sensors"
+        )
     open_loop = system(replace(machine, {"controller": None, "controller_z": None}))
     model = _Model(loops, open_loop)
     top = machine.operation.top_speed if top_speed is None else top_speed

@@ -165,7 +165,9 @@ def static_shares(loop: System) -> list[float]:
     import scipy.sparse as sp
     import scipy.sparse.linalg as spla
 
-    support = sp.csc_matrix((np.ones(len(nodes)), ([2 * k for k in nodes], range(len(nodes)))), (len(rigid), len(nodes)))
+    support = sp.csc_matrix(
+        (np.ones(len(nodes)), ([2 * k for k in nodes], range(len(nodes)))), (len(rigid), len(nodes))
+    )
     system_matrix = sp.bmat([[stiffness, support], [support.T, None]]).tocsc()
     solution = spla.spsolve(system_matrix, np.concatenate([mass @ rigid, np.zeros(len(nodes))]))
     return [float(x.real) for x in solution[len(rigid) :]]
@@ -209,7 +211,9 @@ def _stable_response(loop: System, limit: StabilityLimit) -> UnbalanceResponse |
         return None
 
 
-def _exceeding(response: UnbalanceResponse, quantity: dict[int, np.ndarray], limits: dict[int, float]) -> tuple[int, str, float, str] | None:
+def _exceeding(
+    response: UnbalanceResponse, quantity: dict[int, np.ndarray], limits: dict[int, float]
+) -> tuple[int, str, float, str] | None:
     """The magnet that exceeds its limit most: index, first speed beyond it, peak, and speed of the peak."""
     ratios = {i: float(quantity[i].max()) / limits[i] for i in limits}
     worst = max(ratios, key=lambda i: ratios[i], default=None)
@@ -270,7 +274,12 @@ def _voltage(response: UnbalanceResponse) -> Iterator[Finding]:
             continue
         amplitude = response.peak_currents[:, i]
         inductive = response.speeds * float(magnetics.inductance(m)) * amplitude
-        back = float(magnetics.current_stiffness(m)) / (2.0 * math.cos(m.half_angle)) * response.speeds * _motion(response, i)
+        back = (
+            float(magnetics.current_stiffness(m))
+            / (2.0 * math.cos(m.half_angle))
+            * response.speeds
+            * _motion(response, i)
+        )
         voltage[i] = inductive + (m.resistance or 0.0) * (m.bias_current + amplitude) + back
         limits[i] = float(m.link_voltage)
     if found := _exceeding(response, voltage, limits):
@@ -342,7 +351,9 @@ def mesh_error(loop: System, modes: int = 8) -> tuple[float, Mode | None]:
     """
     top = loop.machine.operation.top_speed
     kept = min(loop.displacements, modes + 12)
-    coarse, fine = (s.truncated(kept) for s in (loop, system(loop.machine, loop.plant.mesh.finer(2), loop.complex_form)))
+    coarse, fine = (
+        s.truncated(kept) for s in (loop, system(loop.machine, loop.plant.mesh.finer(2), loop.complex_form))
+    )
     reference = np.linalg.eigvals(fine.matrix(top))
     worst: tuple[float, Mode | None] = (0.0, None)
     shown = [m for m in spectrum(coarse, top) if m.whirl != "none" and m.damping_ratio < LIGHT]

@@ -82,9 +82,7 @@ class Chain:
     """
 
     def __init__(self, realisation: Realisation):
-        a, b, c, d = (
-            np.array(ca.DM(m).full()) for m in (realisation.a, realisation.b, realisation.c, realisation.d)
-        )
+        a, b, c, d = (np.array(ca.DM(m).full()) for m in (realisation.a, realisation.b, realisation.c, realisation.d))
         self._a, self._b, self._c, self._d = a, b, c, d
 
     def at(self, frequency: float) -> complex:
@@ -138,7 +136,9 @@ class Loops:
         self.axes = tuple(a for a in plant.axes if a.chain is not None)
         self._chains = [Chain(a.chain) for a in self.axes if a.chain is not None]
         n = plant.size
-        self.push = np.hstack([np.zeros((n, 0)), *[float(a.current_stiffness) * _column(a.actuator) for a in self.axes]])
+        self.push = np.hstack(
+            [np.zeros((n, 0)), *[float(a.current_stiffness) * _column(a.actuator) for a in self.axes]]
+        )
         self.sense = np.hstack([np.zeros((n, 0)), *[_column(a.sensor) for a in self.axes]])
 
     def at(self, frequency: float, speed: float, forces: Array | None = None) -> Point:

@@ -137,7 +137,9 @@ def refined(system: System, speed: float, value: complex, right: Array, left: Ar
     weights[n : 2 * n] = np.abs(left[n : 2 * n] * (system.mass @ right[n : 2 * n]))
     share = float(weights[2 * n :].sum() / weights.sum())
     shape = _shape(system, right[:n], value)
-    return Mode(speed, complex(value.real, abs(value.imag)), _whirl(system, shape, value), share, shape, right, left, value)
+    return Mode(
+        speed, complex(value.real, abs(value.imag)), _whirl(system, shape, value), share, shape, right, left, value
+    )
 
 
 def unpinned(system: System, q: Array) -> Array:

@@ -136,7 +136,10 @@ def _figure(table: Mapping[str, Any], index: int, file: str) -> Figure:
             raise SpecError("is missing", field=f"{where}.{key}", file=file, remedy="give it")
     if ("tolerance" in table) == ("reason" in table):
         raise SpecError(
-            "needs either a tolerance or a reason", field=where, file=file, remedy="say how near it is, or why it is not"
+            "needs either a tolerance or a reason",
+            field=where,
+            file=file,
+            remedy="say how near it is, or why it is not",
         )
     return Figure(
         variant=table.get("variant", ""),

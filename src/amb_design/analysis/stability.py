@@ -189,5 +189,3 @@ def _bisect(walk: Walk, left: Eigensystem, right: Eigensystem) -> Crossing:
         else:
             right = middle
     return Crossing(left.speed, right.speed, left, right)
-
-

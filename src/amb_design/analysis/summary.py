@@ -119,7 +119,13 @@ class Analysis:
                 for m in self.modes
             ],
             "sensitivity": [
-                {"speed_rpm": s.speed * RPM, "loop": p.loop, "peak": p.value, "frequency_hz": p.frequency / (2 * math.pi), "zone": p.zone}
+                {
+                    "speed_rpm": s.speed * RPM,
+                    "loop": p.loop,
+                    "peak": p.value,
+                    "frequency_hz": p.frequency / (2 * math.pi),
+                    "zone": p.zone,
+                }
                 for s in self.sensitivities
                 for p in s.peaks
             ],

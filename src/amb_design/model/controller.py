@@ -64,7 +64,9 @@ def realise(pid: PID) -> Realisation:
         signal = cascade.notch("delay", math.sqrt(12.0) / pid.delay, -half, half, signal)
     if pid.amplifier is not None:
         amplifier = pid.amplifier
-        signal, _ = cascade.low_pass("amplifier", amplifier.bandwidth, amplifier.damping, _scaled(amplifier.gain, signal))
+        signal, _ = cascade.low_pass(
+            "amplifier", amplifier.bandwidth, amplifier.damping, _scaled(amplifier.gain, signal)
+        )
     return cascade.realisation(signal)
 
 
@@ -139,5 +141,3 @@ def _scaled(factor: Number, signal: _Signal) -> _Signal:
 
 def _is_zero(value: Number) -> bool:
     return isinstance(value, int | float) and value == 0
-
-

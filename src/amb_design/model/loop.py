@@ -141,9 +141,7 @@ def structure(machine: Machine, mesh: Mesh | None = None, complex_form: bool | N
     )
 
 
-def _axes(
-    machine: Machine, index: int, magnet: Magnet, mesh: Mesh, complex_form: bool, free: list[int]
-) -> list[Axis]:
+def _axes(machine: Machine, index: int, magnet: Magnet, mesh: Mesh, complex_form: bool, free: list[int]) -> list[Axis]:
     first, second = machine.controllers_of(magnet)
     sensor_path = next(
         (f"sensors[{k}].position" for k, s in enumerate(machine.sensors) if magnet.sensor and s.name == magnet.sensor),
@@ -360,7 +358,9 @@ def closed_loop(
         members = tuple(find(machine, path) for path in free)
     for path in (path for paths in members for path in paths):
         if is_switched_off(machine, path):
-            raise ModelError(f"{path} is zero, which leaves its block out of the model; free it from a value above zero")
+            raise ModelError(
+                f"{path} is zero, which leaves its block out of the model; free it from a value above zero"
+            )
     p = ca.SX.sym("p", len(free))
     nominal = tuple(float(value(machine, m[0])) for m in members)
     symbols = {path: p[k] for k, paths in enumerate(members) for path in paths}

@@ -142,17 +142,13 @@ def coordinates(machine: Machine, mesh: Mesh) -> list[Number]:
     boundaries: list[Number] = [0.0]
     for segment in machine.rotor.shaft.segments:
         boundaries.append(boundaries[-1] + segment.length)
-    return [
-        boundaries[s.leader] if isinstance(s.leader, int) else value(machine, s.leader) for s in mesh.stations
-    ]
+    return [boundaries[s.leader] if isinstance(s.leader, int) else value(machine, s.leader) for s in mesh.stations]
 
 
 def element_lengths(machine: Machine, mesh: Mesh) -> Matrix:
     """Length of each element [m] as a CasADi column."""
     x = coordinates(machine, mesh)
-    return ca.vertcat(
-        *[(b - a) / n for a, b, n in zip(x, x[1:], mesh.divisions, strict=False) for _ in range(n)]
-    )
+    return ca.vertcat(*[(b - a) / n for a, b, n in zip(x, x[1:], mesh.divisions, strict=False) for _ in range(n)])
 
 
 def _station(group: list[tuple[float, int | str]]) -> Station:

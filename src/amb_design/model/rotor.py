@@ -143,9 +143,7 @@ def split(matrix: tuple[tuple[Number, Number], tuple[Number, Number]]) -> tuple[
     return (yy + zz) / 2.0, (zy - yz) / 2.0, (yy - zz) / 2.0, (yz + zy) / 2.0
 
 
-def _supports(
-    n: int, places: list[int], matrices: list[tuple[tuple[Number, Number], tuple[Number, Number]]]
-) -> Map:
+def _supports(n: int, places: list[int], matrices: list[tuple[tuple[Number, Number], tuple[Number, Number]]]) -> Map:
     parts = [split(m) for m in matrices]
     column: Callable[[int], Matrix] = lambda k: diagonal(n, places, [p[k] for p in parts])  # noqa: E731
     return Map(Pair(column(0), column(1)), Pair(column(2), column(3)))

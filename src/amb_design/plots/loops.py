@@ -37,9 +37,7 @@ HZ = 2.0 * math.pi
 ZONE_COLOURS = {"A": "#eef5ee", "B": "#fff6d9", "C": "#fde6cf", "D": "#f9d6d5"}
 
 
-def sensitivity(
-    result: Sensitivity, *, decibels: bool = True, ax: Axes | None = None
-) -> Axes:
+def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None = None) -> Axes:
     """Draw the sensitivity of each control loop over the frequency, with the zones of ISO 14839-3.
 
     Parameters
