@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pytest
-from checks import within, within_absolute
-from reference import case
 
 import amb_design as ad
 from amb_design.model.laminate import laminate_moduli, membrane_stiffness, section_constants
+from checks import within, within_absolute
+from published.reference import case
 
 RPM = ad.rpm(1.0)
 

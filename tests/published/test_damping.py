@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from checks import within
-from reference import case, uniform_shaft
 
 import amb_design as ad
 from amb_design.analysis.certificate import Crossing, Walk
+from checks import within
+from published.reference import case, uniform_shaft
 
 RPM = ad.rpm(1.0)
 
@@ -120,9 +120,7 @@ def zorzi_nelson(theory: str, **damping: float) -> ad.Machine:
     material = ad.Isotropic(E=i["E"], nu=i["nu_assumed"], density=i["rho"])
     return ad.Machine(
         name=f"Zorzi & Nelson, {theory}",
-        rotor=ad.Rotor(
-            shaft=uniform_shaft(material, i["L"], i["diameter"], theory=theory, elements=20, **damping)
-        ),
+        rotor=ad.Rotor(shaft=uniform_shaft(material, i["L"], i["diameter"], theory=theory, elements=20, **damping)),
         bearings=tuple(ad.Bearing(position=x, stiffness=i["bearing_k"]) for x in (0.0, i["L"])),
         operation=ad.Operation(top_speed=25_000 * RPM),
     )

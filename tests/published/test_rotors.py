@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from checks import within, within_absolute
-from reference import case, uniform_shaft
 
 import amb_design as ad
+from checks import within, within_absolute
+from published.reference import case, uniform_shaft
 
 RPM = ad.rpm(1.0)
 ELEMENTS = 24  # converged to 1e-5: see test_meshes_are_converged
@@ -93,9 +93,7 @@ def overhung(inputs: dict[str, Any], left: int, right: int, elements: int = ELEM
     bearings = []
     for node, number in zip(inputs["bearing_nodes"], (left, right), strict=True):
         kxx, kyy, cxx, cyy = inputs["bearing_cases_MN_m_and_kNs_m"][str(number)]
-        bearings.append(
-            ad.Bearing(position=node * step, kyy=kxx * 1e6, kzz=kyy * 1e6, cyy=cxx * 1e3, czz=cyy * 1e3)
-        )
+        bearings.append(ad.Bearing(position=node * step, kyy=kxx * 1e6, kzz=kyy * 1e6, cyy=cxx * 1e3, czz=cyy * 1e3))
     return ad.Machine(
         name="Friswell 6.8.1",
         rotor=ad.Rotor(

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from checks import within
 
 import amb_design as ad
+from checks import within
 
 RPM = ad.rpm(1.0)
 PUBLISHED = 2e-2  # critical speeds of the thesis against this model
