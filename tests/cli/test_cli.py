@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 
 from amb_design import cli
+from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 
 FAST = """
 format = "amb_design/1"
@@ -128,7 +128,9 @@ def test_analyse_json_has_the_promised_keys(fast, run):
 
 def test_analyse_variants_are_nested(tmp_path, run):
     file = tmp_path / "two.toml"
-    file.write_text(FAST + "\n[variants.stiff]\nbearings = [{position = 0, stiffness = 5e6}, {position = 1.5, stiffness = 5e6}]\n")
+    file.write_text(
+        FAST + "\n[variants.stiff]\nbearings = [{position = 0, stiffness = 5e6}, {position = 1.5, stiffness = 5e6}]\n"
+    )
     status, output, _ = run("analyse", str(file), "--json")
     assert status == 0
     document = json.loads(output)

@@ -66,7 +66,8 @@ def test_theories(theory: str) -> None:
 
 def test_functions_follow_their_parameters() -> None:
     """Evaluated elsewhere than at the nominal values they are the model of the changed machine."""
-    machine = isotropic_machine()
+    tied = {"plies.angle": 0.4, "bearings.damping": 300.0, "magnets.gap": 5e-4}
+    machine = ad.replace(isotropic_machine(), tied)
     free = ("controller.kd", "plies.angle", "magnets[0].position", "bearings.damping", "magnets.gap")
     loop = ad.closed_loop(machine, free)
     values = (2e-3, 0.5, 0.11, 333.0, 6e-4)
@@ -75,6 +76,12 @@ def test_functions_follow_their_parameters() -> None:
     for name, expected in numeric_matrices(changed).items():
         re, im = loop.function(name)(values)
         assert_equal(re.full() + 1j * im.full(), expected, name)
+
+
+def test_numbers_of_different_values_are_not_tied_silently() -> None:
+    machine = ad.replace(isotropic_machine(), {"plies[0].angle": 0.1, "plies[1].angle": 0.2})
+    with pytest.raises(ad.ModelError, match=r"plies.angle stands for numbers of different values"):
+        ad.closed_loop(machine, ["plies.angle"])
 
 
 SYMBOLS = [

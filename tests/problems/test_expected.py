@@ -23,7 +23,9 @@ def test_published_figures(name):
     comparisons = compare(figures, documents)
     assert len(comparisons) == len(figures)
     for c in comparisons:
-        print(f"{c.figure.variant} {c.figure.label}: published {c.figure.published:g}, here {c.here}, {c.figure.source}")
+        print(
+            f"{c.figure.variant} {c.figure.label}: published {c.figure.published:g}, here {c.here}, {c.figure.source}"
+        )
     wrong = [c for c in comparisons if c.figure.tolerance is not None and not c.agrees]
     assert not wrong
     # A figure that is said not to hold must not hold, or the reason is out of date.

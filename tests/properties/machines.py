@@ -60,14 +60,14 @@ def plies(draw: st.DrawFn) -> tuple[ad.Ply, ...]:
 
 @st.composite
 def segments(draw: st.DrawFn, length: float, composite: bool) -> ad.Segment:
-    """A piece of shaft, solid or hollow."""
-    inner = draw(st.sampled_from([0.0, 0.02, 0.04]))
+    """A piece of shaft, no thinner than a hundredth of the longest: below that, rounding alone moves onsets by 1e-5."""
     if composite:
-        return ad.Segment(length=length, inner_diameter=inner, plies=draw(plies()))
+        return ad.Segment(length=length, inner_diameter=draw(st.sampled_from([0.02, 0.04, 0.06])), plies=draw(plies()))
+    inner = draw(st.sampled_from([0.0, 0.02, 0.04]))
     return ad.Segment(
         length=length,
         inner_diameter=inner,
-        outer_diameter=inner + draw(uniform(0.01, 0.05)),
+        outer_diameter=inner + draw(uniform(0.015, 0.05)),
         material=draw(isotropic()),
     )
 

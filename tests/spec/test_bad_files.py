@@ -6,12 +6,12 @@ import string
 from pathlib import Path
 
 import pytest
-from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from amb_design.errors import SpecError
 from amb_design.spec import files
+from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 
 
 def refusal(path: str | Path, variant: str | None = None) -> str:
@@ -58,7 +58,8 @@ def test_unreadable(tmp_path, monkeypatch):
     path.write_text(GOOD)
     monkeypatch.setattr(Path, "read_bytes", deny)
     message = refusal(path)
-    assert str(path) in message and "cannot be read (Permission denied)" in message
+    assert str(path) in message
+    assert "cannot be read (Permission denied)" in message
 
 
 @pytest.mark.parametrize(
@@ -117,10 +118,12 @@ SECTIONS = [line for line in LINES if line.startswith("[")]
 def _survives(text: str) -> None:
     try:
         machine = files.loads(text, file="fuzz.toml")
-    except SpecError as error:
-        assert len(str(error).splitlines()) == 1
+    except SpecError as refused:
+        sentence = str(refused)
     else:
         assert files.loads(files.dumps(machine)) == machine
+        return
+    assert len(sentence.splitlines()) == 1
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import ModelError
 from ..spec.machine import Machine
+from .certificate import Walk
 from .frequency import Loops
 from .system import Array, System, system
 from .threads import one_thread
@@ -136,8 +137,8 @@ def sensitivity(
     """
     loop = machine if isinstance(machine, System) else system(machine)
     view = Axes(loop, speed)
-    values = np.linalg.eigvals(loop.matrix(speed))
-    grid = _grid(values, speed, highest) if frequencies is None else np.asarray(frequencies, float)
+    e = Walk(loop.A0, loop.A1).at(speed)
+    grid = _grid(e.values, speed, highest) if frequencies is None else np.asarray(frequencies, float)
     table = np.array([view.at(float(w)) for w in grid])
     peaks = []
     for j, name in enumerate(view.names):
@@ -149,7 +150,7 @@ def sensitivity(
         sensitivity=table,
         open_loop=1.0 / table - 1.0,
         peaks=tuple(peaks),
-        stable=bool(values.real.max() < 0.0),
+        stable=not (e.values.real > e.uncertainty).any(),
         machine=loop.machine,
     )
 

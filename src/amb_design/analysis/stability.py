@@ -137,7 +137,7 @@ def stability_limit(
             else:
                 reached = event.stop
     except SolveError:
-        certified = False
+        certified = bool(crossings)  # of the speeds below the first onset; later ones are swept
         crossings += _sweep(walk, loop, reached, top, first_only)
     onsets = tuple(Onset(c.lower, c.onset, c.above.unstable, _crossing_mode(walk, loop, c)) for c in crossings)
     limiting: Mode | None = None

@@ -361,6 +361,11 @@ def closed_loop(
             raise ModelError(
                 f"{path} is zero, which leaves its block out of the model; free it from a value above zero"
             )
+    for path, paths in zip(free, members, strict=True):
+        if len({value(machine, member) for member in paths if isinstance(value(machine, member), int | float)}) > 1:
+            raise ModelError(
+                f"{path} stands for numbers of different values; free them one by one ({paths[0]}, ...) or make them equal"
+            )
     p = ca.SX.sym("p", len(free))
     nominal = tuple(float(value(machine, m[0])) for m in members)
     symbols = {path: p[k] for k, paths in enumerate(members) for path in paths}
