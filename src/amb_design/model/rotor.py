@@ -26,8 +26,8 @@ from .pair import Map, Matrix, Pair
 STIFF_SHEAR = 100.0
 SMALL_INERTIA = 0.01
 
-# Their artificial shear modes, beyond 1e6 rad/s, would be undamped where bending does not reach them (between pins), and
-# the machine "marginal". A trace of the viscous damping, too small to be felt below, keeps them stable.
+# Damping of bending alone leaves thickness-shear modes undamped where no bending reaches them (a uniform shaft on pins), and
+# the machine would be "marginal". A trace of the viscous damping on shear, below any stated digit elsewhere, keeps them stable.
 SHEAR_LOSS = 1e-6
 
 
@@ -68,12 +68,11 @@ def rotor(machine: Machine, mesh: Mesh) -> Rotor:
         """One value a segment -> one value an element."""
         return ca.vertcat(*[values[s] for s in where])
 
-    slender = shaft.theory != "timoshenko"
     correction = [_shear_correction(machine, s) for s in shaft.segments]
     bending = each([c.bending for c in sections])
     inertia = each([c.inertia for c in sections])
     mass = each([c.mass for c in sections])
-    if slender:  # S = 100 B11 A/I: no shear deformation
+    if shaft.theory != "timoshenko":  # S = 100 B11 A/I: no shear deformation
         shear = STIFF_SHEAR * bending * mass / inertia
         coupling = 0.0 * bending
     else:
@@ -98,14 +97,13 @@ def rotor(machine: Machine, mesh: Mesh) -> Rotor:
         - assemble("bending", eta / h * bending / lengths),
     )
     damping = assemble("bending", viscous * bending / lengths)
-    if slender:
-        loss = SHEAR_LOSS * viscous
-        damping = (
-            damping
-            + assemble("shear_rr", loss * shear / lengths)
-            + assemble("shear_rp", loss * shear)
-            + assemble("shear_pp", loss * shear * lengths)
-        )
+    loss = SHEAR_LOSS * viscous
+    damping = (
+        damping
+        + assemble("shear_rr", loss * shear / lengths)
+        + assemble("shear_rp", loss * shear)
+        + assemble("shear_pp", loss * shear * lengths)
+    )
     external = assemble("translation", shaft.external_damping * lengths)
     gyroscopic = assemble("rotation", polar * lengths)
     inertias = assemble("translation", mass * lengths) + assemble("rotation", diametral * lengths)
