@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
+import numpy as np
 import typer
 
 from . import __version__
@@ -168,13 +169,18 @@ def _staging(out: Path | None) -> Iterator[Path | None]:
     parent = out.resolve().parent
     if not parent.is_dir():
         raise SpecError("does not exist", field="--out", got=str(parent), remedy="create the parent folder first")
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=parent) as temporary:
-        folder = Path(temporary)
-        yield folder
-        for file in sorted(p for p in folder.rglob("*") if p.is_file()):
-            target = out / file.relative_to(folder)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(file, target)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=parent) as temporary:
+            folder = Path(temporary)
+            yield folder
+            for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+                target = out / file.relative_to(folder)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(file, target)
+    except OSError as error:
+        raise SpecError(
+            f"cannot be written ({error.strerror or error})", field="--out", got=str(out), remedy="name another folder"
+        ) from None
 
 
 def _nested(documents: dict[str, dict[str, Any]]) -> dict[str, Any]:
@@ -202,6 +208,9 @@ def main() -> NoReturn:
     except AmbDesignError as error:
         typer.echo(f"amb-design: {error}", err=True)
         sys.exit(3 if isinstance(error, SolveError) else 2)
+    except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:  # a solver met numbers it cannot bear
+        typer.echo(f"amb-design: the solution failed: {error}; check the machine for extreme numbers", err=True)
+        sys.exit(3)
     except BrokenPipeError:  # the reader of our output has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)

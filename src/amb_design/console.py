@@ -64,7 +64,7 @@ def problems(rows: Sequence[Mapping[str, Any]]) -> None:
     """
     table = Table("problem", "source", "variants", box=None, pad_edge=False)
     for row in rows:
-        table.add_row(row["name"], row["source"], ", ".join(row["variants"]))
+        table.add_row(*(escape(t) for t in (row["name"], row["source"], ", ".join(row["variants"]))))
     _console().print(table)
 
 
@@ -78,7 +78,7 @@ def outlines(documents: Mapping[str, Document]) -> None:
     """
     console = _console()
     for d in documents.values():
-        console.print(f"[bold]{d['name']}[/]")
+        console.print(f"[bold]{escape(d['name'])}[/]")
         console.print(
             f"  rotor of {d['mass_kg']:.4g} kg and {d['length_m']:.4g} m: shaft {d['shaft_mass_kg']:.4g} kg"
             + (f", disks {', '.join(f'{m:.4g}' for m in d['disk_masses_kg'])} kg" if d["disk_masses_kg"] else "")
@@ -174,7 +174,7 @@ def _overview(console: Console, documents: Mapping[str, Document]) -> None:
         limit = d["stability_limit"]
         hz = limit["whirl_frequency_hz"]
         row = [
-            name or "(base)",
+            escape(name or "(base)"),
             ", ".join(f"{c:.0f}" for c in d["critical_speeds_rpm"][:2]),
             limit_text(d).removesuffix(" rpm"),
             f"{hz:.4g} Hz" if hz and limit["status"] != "marginal" else "",
@@ -201,7 +201,7 @@ def _claim(equivalent: Document | None) -> str:
 def _details(console: Console, d: Document) -> None:
     limit = d["stability_limit"]
     certified = " (certified at every speed below)" if limit["certified"] and limit["status"] != "marginal" else ""
-    console.print(f"[bold]{d['name']}[/]: {d['states']} states, {d['form']} form")
+    console.print(f"[bold]{escape(d['name'])}[/]: {d['states']} states, {d['form']} form")
     console.print(
         f"[bold]stability limit: {limit_text(d)}[/]{certified if limit['status'] != 'unstable at rest' else ''}"
     )

@@ -129,8 +129,7 @@ def _decomposed(loop: System, speeds: Array) -> list[Eigensystem]:
     matrices = loop.A0 + speeds[:, None, None] * loop.A1
     values, right = np.linalg.eig(matrices)
     left = np.linalg.inv(right)
-    norms = np.linalg.norm(matrices, axis=(1, 2))
-    return list(map(Eigensystem, speeds.tolist(), values, right, left, left @ loop.A1 @ right, norms.tolist()))
+    return list(map(Eigensystem, speeds.tolist(), values, right, left, left @ loop.A1 @ right, matrices))
 
 
 def _largest(decompositions: list[Eigensystem]) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ RESOLUTION = 2e-8
 """Ranges of speed that are left open, as a fraction of the speed."""
 
 ROUNDING = 64.0 * np.finfo(float).eps
-"""An eigenvalue nearer to the axis than this, times norm and condition, has no sign."""
+"""An eigenvalue nearer to the axis than this, times abs(left) abs(A) abs(right), has no sign."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Eigensystem:
     right : ndarray, shape (n, n); columns
     left : ndarray, shape (n, n); rows w^H with w^H v = 1
     coupling : ndarray, shape (n, n); left A1 right
-    norm : float, of A0 + speed A1
+    matrix : ndarray, shape (n, n); A0 + speed A1
     """
 
     speed: float
@@ -47,7 +47,7 @@ class Eigensystem:
     right: Array
     left: Array
     coupling: Array
-    norm: float
+    matrix: Array
 
     @property
     def rates(self) -> Array:
@@ -66,15 +66,17 @@ class Eigensystem:
 
     @cached_property
     def uncertainty(self) -> Array:
-        """Rounding error to expect in each eigenvalue [1/s]."""
-        condition = np.linalg.norm(self.right, axis=0) * np.linalg.norm(self.left, axis=1)
-        return np.asarray(ROUNDING * self.norm * condition)
+        """Rounding error to expect in each eigenvalue [1/s]: what its Rayleigh quotient may be off, and is off."""
+        products = self.left @ self.matrix
+        quotients = np.einsum("ij,ji->i", products, self.right)
+        sizes = np.einsum("ij,ji->i", np.abs(self.left) @ np.abs(self.matrix), np.abs(self.right))
+        return np.asarray(ROUNDING * sizes + np.abs(quotients - self.values))
 
     @cached_property
     def certified(self) -> tuple[float, float]:
         """Range of speeds over which the number of unstable eigenvalues is proven constant."""
         distance = np.abs(self.values.real)
-        if distance.min() <= np.finfo(float).eps ** 2 * self.norm:  # on the axis: nothing is proven
+        if distance.min() <= np.finfo(float).eps ** 2 * np.abs(self.values).max():  # on the axis: nothing is proven
             return self.speed, self.speed
         d = np.sqrt(2.0 * distance)
         scaled = self.coupling / d[:, None] / d
@@ -151,7 +153,7 @@ class Walk:
         Spent so far.
     """
 
-    def __init__(self, a0: Array, a1: Array, budget: int = 2000):
+    def __init__(self, a0: Array, a1: Array, budget: int = 600):
         self.a0, self.a1, self.budget = a0, a1, budget
         self.eigendecompositions = 0
 
@@ -182,7 +184,7 @@ class Walk:
             nearby = np.random.default_rng(0).standard_normal(matrix.shape) * (np.finfo(float).eps * norm / len(matrix))
             values, right = np.linalg.eig(matrix + nearby)
             left = sla.inv(right, check_finite=False)
-        return Eigensystem(speed, values, right, left, left @ self.a1 @ right, norm)
+        return Eigensystem(speed, values, right, left, left @ self.a1 @ right, matrix)
 
     def events(self, top: float, start: Eigensystem | None = None) -> Iterator[Range | Crossing]:
         """Cover the speeds from rest to the top with certified ranges.

@@ -22,6 +22,9 @@ from .polish import Polisher
 from .system import Array, System, dense, system
 from .threads import one_thread
 
+SETTLED = 1e-7
+"""Relative step of the Newton iteration below which a critical speed has arrived; rounding on fine meshes allows no less."""
+
 STEEPEST = 0.6
 """Solutions with a larger ratio of imaginary to real part belong to modes too damped to have a critical speed."""
 
@@ -67,6 +70,8 @@ def critical_speeds(machine: Machine | System, top_speed: float | None = None) -
     """
     loop = machine if isinstance(machine, System) else system(machine)
     top = loop.machine.operation.top_speed if top_speed is None else top_speed
+    if not top > 0.0:
+        return ()
     found = _synchronous(loop, top) if is_conservative(loop) else _crossings(loop, top)
     return tuple(sorted(found, key=lambda c: c.speed))
 
@@ -145,7 +150,7 @@ def _newton(
             return None
         rate = complex(left.conj() @ (polisher.a1 @ right))
         step = (sign * value.imag - speed) / (1.0 - sign * rate.imag)
-        if abs(step) <= 1e-9 * speed:
+        if abs(step) <= SETTLED * speed:
             return refined(loop, speed, value, right, left)
         if abs(step) > 0.5 * speed:
             return None

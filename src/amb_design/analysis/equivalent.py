@@ -91,7 +91,8 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
         raise ModelError(
             f"{machine.name} senses away from its magnets; equivalent coefficients need collocated sensors"
         )
-    open_loop = system(replace(machine, {"controller": None, "controller_z": None}))
+    bare = tuple(replace(m, {"controller": None, "controller_z": None}) for m in machine.magnets)
+    open_loop = system(replace(machine, {"controller": None, "controller_z": None, "magnets": bare}))
     model = _Model(loops, open_loop)
     top = machine.operation.top_speed if top_speed is None else top_speed
     grid = np.linspace(top / points, top, points)

@@ -79,8 +79,8 @@ def findings(
     loop = machine if isinstance(machine, System) else system(machine)
     limit = limit or stability_limit(loop)
     critical = critical_speeds(loop) if critical is None else critical
-    found = [*_stability(limit), *_weight(loop), *_stroke(loop, critical)]
-    response = _stable_response(loop, limit)
+    found = [*_stability(limit), *_weight(loop), *_bias_flux(loop), *_stroke(loop, critical)]
+    response = _stable_response(loop, limit, critical)
     if response is not None:
         found += [*_currents(response), *_flux(response), *_voltage(response), *_clearance(response)]
     return (*found, *_hysteretic(loop, limit), *_mesh(loop, modes))
@@ -101,13 +101,14 @@ def _stability(limit: StabilityLimit) -> Iterator[Finding]:
         yield Finding(
             "marginal",
             f"The machine has modes without any damping (the {limit.mode.describe()} for one): their real parts are zero to "
-            "rounding, so that it is neither stable nor unstable and has no stability limit.",
+            "rounding, so that it is neither stable nor unstable and has no stability limit. If the machine is not meant to be "
+            "free of damping, give the shaft a trace of viscous_damping.",
         )
     if not limit.certified:
         yield Finding(
             "certificate",
-            "The stability limit comes from a sweep with bisection: some mode has so little damping that the certificate "
-            "ran out of its budget. A narrow unstable window could have been missed.",
+            "Some mode has so little damping that rounding decides its sign, or that the certificate ran out of its budget and "
+            "gave way to a sweep. A narrow unstable window could have been missed.",
         )
 
 
@@ -120,11 +121,11 @@ def _capacity(magnet: Magnet) -> float | None:
 
 def _weight(loop: System) -> Iterator[Finding]:
     machine = loop.machine
-    capacities = [_capacity(m) for m in machine.magnets]
+    capacities = [_capacity(m) or np.inf for m in machine.magnets]  # of unknown ones nothing can be said
     gravity = machine.operation.gravity
-    if not machine.magnets or any(c is None for c in capacities) or gravity == 0.0:
+    if not machine.magnets or gravity == 0.0:
         return
-    loads = gravity * np.array(static_shares(loop))
+    loads = np.abs(gravity * np.array(static_shares(loop)))
     angles = [max(abs(math.cos(m.axes_angle)), abs(math.sin(m.axes_angle))) for m in machine.magnets]
     ratios = loads * angles / np.array(capacities, float)
     i = int(np.argmax(ratios))
@@ -137,8 +138,9 @@ def _weight(loop: System) -> Iterator[Finding]:
         )
         yield Finding(
             "weight",
-            f"{_which(machine, i)} can pull {capacities[i]:.4g} N along an axis at full modulation of its bias, but its share of "
-            f"the rotor's weight is {loads[i] * angles[i]:.4g} N ({ratios[i]:.3g} times as much). " + rest,
+            f"{_which(machine, i)} can pull {capacities[i]:.4g} N along an axis at full modulation of its bias, but carrying "
+            f"the rotor with the other magnets alone would take {loads[i] * angles[i]:.4g} N ({ratios[i]:.3g} times as much). "
+            + rest,
         )
 
 
@@ -173,6 +175,20 @@ def static_shares(loop: System) -> list[float]:
     return [float(x.real) for x in solution[len(rigid) :]]
 
 
+def _bias_flux(loop: System) -> Iterator[Finding]:
+    for i, m in enumerate(loop.machine.magnets):
+        if m.max_flux_density is None or not m.has_geometry:
+            continue
+        flux = float(magnetics.flux_density(m, 0.0))
+        if flux > m.max_flux_density:
+            yield Finding(
+                "flux",
+                f"magnets[{i}]: the bias alone gives {flux:.3g} T, above the limit of {m.max_flux_density:.3g} T; "
+                "the force law does not hold.",
+            )
+            return
+
+
 def _stroke(loop: System, critical: tuple[CriticalSpeed, ...]) -> Iterator[Finding]:
     """How little motion near the first critical speed uses up the bias."""
     first = next((c for c in critical if c.whirl != "backward" and c.kind == "rotor"), None)
@@ -198,15 +214,18 @@ def _stroke(loop: System, critical: tuple[CriticalSpeed, ...]) -> Iterator[Findi
         )
 
 
-def _stable_response(loop: System, limit: StabilityLimit) -> UnbalanceResponse | None:
+def _stable_response(
+    loop: System, limit: StabilityLimit, critical: tuple[CriticalSpeed, ...]
+) -> UnbalanceResponse | None:
     """Unbalance response over the speeds at which the machine is stable."""
     if not loop.machine.magnets or not any(d.unbalance for d in loop.machine.rotor.disks):
         return None
     if limit.status in (UNSTABLE, MARGINAL):
         return None
     top = limit.speed * (0.98 if limit.status == FOUND else 1.0)
+    peaks = [c.speed * (1.0 + k * c.damping_ratio) for c in critical for k in (-1.0, 0.0, 1.0) if c.speed < 0.99 * top]
     try:
-        return unbalance_response(loop, np.linspace(top / 600.0, top, 600))
+        return unbalance_response(loop, np.union1d(np.linspace(top / 600.0, top, 600), peaks))
     except SolveError:
         return None
 

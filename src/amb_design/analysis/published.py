@@ -24,7 +24,15 @@ from typing import Any
 from ..errors import SpecError
 
 FILE_NAME = "expected.toml"
-_KEYS = {"variant", "quantity", "published", "source", "tolerance", "reason", "label"}
+_KEYS: dict[str, tuple[type, ...]] = {
+    "variant": (str,),
+    "quantity": (str,),
+    "published": (int, float),
+    "source": (str,),
+    "tolerance": (int, float),
+    "reason": (str,),
+    "label": (str,),
+}
 
 
 @dataclass(frozen=True)
@@ -106,7 +114,12 @@ def published_figures(folder: Path) -> tuple[Figure, ...]:
         tables = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SpecError(f"is no TOML: {error}", file=str(file), remedy="correct the file") from None
-    return tuple(_figure(t, i, str(file)) for i, t in enumerate(tables.get("figures", [])))
+    rows = tables.pop("figures", [])
+    if tables or not isinstance(rows, list) or not all(isinstance(t, dict) for t in rows):
+        raise SpecError(
+            "must hold [[figures]] and nothing else", file=str(file), remedy="write each as a table [[figures]]"
+        )
+    return tuple(_figure(t, i, str(file)) for i, t in enumerate(rows))
 
 
 def compare(figures: tuple[Figure, ...], documents: Mapping[str, Mapping[str, Any]]) -> tuple[Comparison, ...]:
@@ -128,9 +141,12 @@ def compare(figures: tuple[Figure, ...], documents: Mapping[str, Mapping[str, An
 
 def _figure(table: Mapping[str, Any], index: int, file: str) -> Figure:
     where = f"figures[{index}]"
-    for key in table:
+    for key, given in table.items():
         if key not in _KEYS:
             raise SpecError("is unknown", field=f"{where}.{key}", file=file, remedy="use " + ", ".join(sorted(_KEYS)))
+        if not isinstance(given, _KEYS[key]) or isinstance(given, bool) or given == 0:
+            kind = "a text" if _KEYS[key] == (str,) else "a number other than zero"
+            raise SpecError(f"must be {kind}", field=f"{where}.{key}", got=given, file=file, remedy="correct it")
     for key in ("quantity", "published", "source"):
         if key not in table:
             raise SpecError("is missing", field=f"{where}.{key}", file=file, remedy="give it")

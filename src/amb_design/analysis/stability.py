@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import SolveError
+from ..errors import ModelError, SolveError
 from ..spec.machine import Machine
 from .certificate import RESOLUTION, Crossing, Eigensystem, Walk
 from .modes import Mode, mode
@@ -18,6 +18,9 @@ FOUND = "limit found"
 NONE = "none below the top speed"
 UNSTABLE = "unstable at rest"
 MARGINAL = "marginal"
+
+RIGID = 1e-3
+"""Eigenvalues of the rotor at rest below this size [rad/s] are rigid-body motions without restraint."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class StabilityLimit:
 
 @one_thread
 def stability_limit(
-    machine: Machine | System, top_speed: float | None = None, *, first_only: bool = False, budget: int = 2000
+    machine: Machine | System, top_speed: float | None = None, *, first_only: bool = False, budget: int = 600
 ) -> StabilityLimit:
     """Find the stability limit speed, with a certificate.
 
@@ -104,6 +107,11 @@ def stability_limit(
     -------
     StabilityLimit
 
+    Raises
+    ------
+    ModelError
+        If the top speed is not positive and finite.
+
     Notes
     -----
     See `amb_design.analysis.certificate` for the certificate. When its budget is spent, which takes modes with almost
@@ -111,15 +119,18 @@ def stability_limit(
     """
     loop = machine if isinstance(machine, System) else system(machine)
     top = loop.machine.operation.top_speed if top_speed is None else top_speed
+    if not (math.isfinite(top) and top > 0.0):
+        raise ModelError(f"top_speed = {top:g} rad/s must be positive and finite")
     walk = Walk(loop.A0, loop.A1, budget)
     rest = walk.at(0.0)
-    unstable = np.flatnonzero(rest.values.real > rest.uncertainty)
+    rigid = _rigid(loop, rest)
+    unstable = np.flatnonzero((rest.values.real > rest.uncertainty) & ~rigid)
     at_rest = tuple(
         mode(loop, rest, int(i))
         for i in unstable[np.argsort(-rest.values.real[unstable])]
         if loop.complex_form or rest.values[i].imag >= 0.0
     )
-    undecided = np.flatnonzero(np.abs(rest.values.real) <= rest.uncertainty)
+    undecided = np.flatnonzero((np.abs(rest.values.real) <= rest.uncertainty) | rigid)
     if len(undecided) or (at_rest and first_only):
         lowest = min(undecided, key=lambda i: abs(rest.values[i]), default=0)
         worst = at_rest[0] if at_rest else mode(loop, rest, int(lowest))
@@ -130,16 +141,20 @@ def stability_limit(
     certified, reached = True, 0.0
     try:
         for event in walk.events(top, rest):
-            if isinstance(event, Crossing):
+            if not isinstance(event, Crossing):
+                reached = event.stop
+                continue
+            reached = max(event.upper, event.above.speed)
+            if _decided(walk, event):
                 crossings.append(event)
                 if first_only:
                     break
-            else:
-                reached = event.stop
+            elif not crossings:
+                certified = False  # a mode touches the axis to rounding: nothing can be said of its sign there
     except SolveError:
-        certified = bool(crossings)  # of the speeds below the first onset; later ones are swept
-        crossings += _sweep(walk, loop, reached, top, first_only)
-    onsets = tuple(Onset(c.lower, c.onset, c.above.unstable, _crossing_mode(walk, loop, c)) for c in crossings)
+        certified = certified and bool(crossings)  # of the speeds below the first onset; later ones are swept
+        crossings += [c for c in _sweep(walk, reached, top, first_only) if _decided(walk, c)]
+    onsets = tuple(Onset(c.lower, c.onset, _modes(loop, c.above), _crossing_mode(walk, loop, c)) for c in crossings)
     limiting: Mode | None = None
     status, speed, bracket = NONE, top, (top, math.inf)
     if at_rest:
@@ -150,6 +165,30 @@ def stability_limit(
     return StabilityLimit(
         float(speed), status, certified, bracket, limiting, onsets, at_rest, top, walk.eigendecompositions, loop.machine
     )
+
+
+def _rigid(loop: System, rest: Eigensystem) -> np.ndarray:
+    """Rigid-body motions that nothing restrains: double zeros, which rounding splits into +- 1e-4 1/s or so."""
+    near = np.abs(rest.values) < RIGID
+    return np.array([bool(n) and mode(loop, rest, i).kind == "rotor" for i, n in enumerate(near)])
+
+
+def _modes(loop: System, e: Eigensystem) -> int:
+    """Number of unstable modes; of a conjugate pair only one counts."""
+    return int(np.sum((e.values.real > 0.0) & (loop.complex_form | (e.values.imag >= 0.0))))
+
+
+def _decided(walk: Walk, crossing: Crossing) -> bool:
+    """True if the mode becomes unstable beyond rounding somewhere near the crossing, on its unstable side."""
+    outward = 1.0 if crossing.onset else -1.0
+    edge = crossing.upper if crossing.onset else crossing.lower
+    for distance in RESOLUTION * edge * 8.0 ** np.arange(6):
+        walk.budget += 1
+        e = walk.at(edge + outward * distance)
+        others = min(crossing.above.unstable, crossing.below.unstable)
+        if np.sum(e.values.real > e.uncertainty) > others:
+            return True
+    return False
 
 
 def _crossing_mode(walk: Walk, loop: System, crossing: Crossing) -> Mode:
@@ -165,7 +204,7 @@ def _crossing_mode(walk: Walk, loop: System, crossing: Crossing) -> Mode:
     return mode(loop, e, k)
 
 
-def _sweep(walk: Walk, loop: System, start: float, top: float, first_only: bool, speeds: int = 400) -> list[Crossing]:
+def _sweep(walk: Walk, start: float, top: float, first_only: bool, speeds: int = 200) -> list[Crossing]:
     """Crossings by a sweep with bisection, for loops that defeat the certificate."""
     walk.budget += 40 * speeds
     grid = np.linspace(start, top, speeds)

@@ -258,6 +258,13 @@ def _with_variant(tables: dict[str, Any], variant: str) -> dict[str, Any]:
     if variant not in variants:
         remedy = closest(variant, variants) or "it has none at all"
         raise SpecError(f"has no variant {quoted(variant)}", remedy=remedy)
+    if not re.fullmatch(r"\w[\w .+-]*", variant):  # it becomes the name of a folder
+        raise SpecError(
+            "is no name",
+            field="variants",
+            got=variant,
+            remedy="name variants with letters, digits, blanks, dots, + and -",
+        )
     changes = as_table(variants[variant], f"variants.{quoted(variant)}")
     for key in ("format", "name", "variants"):
         if key in changes:

@@ -151,11 +151,12 @@ class Shaft(Spec):
             for i, s in enumerate(self.segments):
                 for j, ply in enumerate(s.plies):
                     m = ply.material
-                    if isinstance(m, Orthotropic) and is_number(m.E2) and is_number(m.G23):
+                    if isinstance(m, Orthotropic) and all(map(is_number, (m.E1, m.E2, m.G23, m.nu12))):
                         nu23 = m.E2 / (2.0 * m.G23) - 1.0
-                        if not -1.0 < nu23 < 1.0:
+                        # positive definite stiffness of a transversely isotropic ply
+                        if not (-1.0 < nu23 < 1.0 and 1.0 - nu23 - 2.0 * m.nu12**2 * m.E2 / m.E1 > 0.0):
                             raise SpecError(
-                                f"gives nu23 = E2/(2 G23) - 1 = {nu23:.3g}, outside (-1, 1): no three-dimensional law",
+                                f"gives nu23 = E2/(2 G23) - 1 = {nu23:.3g}, outside what a three-dimensional ply admits",
                                 field=f"segments[{i}].plies[{j}].material.G23",
                                 got=with_unit(m.G23, "Pa"),
                                 remedy="correct G23 or choose another ply_law",
