@@ -48,6 +48,9 @@ def test_each_problem_has_a_question_an_answer_and_a_source(name):
         ("[[figures]]\nquantity = 'x'\nsource = 's'\ntolerance = 1", "figures[0].published is missing"),
         ("[[figures]]\nquantum = 'x'", "figures[0].quantum is unknown"),
         ("[[figures", "is no TOML"),
+        ("figures = 3", "must hold [[figures]] and nothing else"),
+        ("[[figures]]\nquantity = 'x'\npublished = 0\nsource = 's'\ntolerance = 1", "must be a number other than zero"),
+        ("[[figures]]\nquantity = 5\npublished = 1\nsource = 's'\ntolerance = 1", "must be a text"),
     ],
 )
 def test_malformed_expectations(tmp_path, text, words):

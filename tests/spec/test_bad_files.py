@@ -159,3 +159,10 @@ def test_characters_exchanged(start, length, text):
 def test_quantities(text):
     quoted = '"' + text.replace("\\", "").replace('"', "") + '"'
     _survives(GOOD.replace('"60 mm"', quoted))
+
+
+def test_a_variant_cannot_name_a_folder_elsewhere(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(GOOD + '\n[variants."../esc"]\nmagnets = []\ncontroller = false\n')
+    with pytest.raises(SpecError, match="is no name"):
+        files.load_variants(path)
