@@ -120,3 +120,32 @@ def test_low_critical_speeds_survive_a_fine_mesh():
         for n in (12, 100)
     }
     assert counts[100] == counts[12]
+
+
+@pytest.mark.parametrize("speeds", [[], [10.0, 5.0], [math.nan], [-1.0, 2.0]])
+def test_speeds_must_make_sense(speeds):
+    plain = machine(bearings=(bearing(0.0), bearing(1.0)))
+    with pytest.raises(ad.ModelError, match="speeds must be"):
+        ad.campbell(plain, speeds)
+
+
+def test_an_integrator_has_no_response_at_zero_frequency():
+    ideal = machine(magnets=(magnet(0.1), magnet(0.9)), controller=ad.PID(kp=2e4, ki=1e4, kd=20.0))
+    with pytest.raises(ad.SolveError, match="has a pole at 0 rad/s"):
+        ad.sensitivity(ideal, 0.0, [0.0, 1.0])
+
+
+def test_symbols_are_refused_by_analyses():
+    import casadi as ca
+
+    symbolic = machine(bearings=[ad.Bearing(position=0.0, stiffness=ca.SX.sym("k")), bearing(1.0)])
+    with pytest.raises(ad.ModelError, match=r"bearings\[0\].stiffness is a symbol"):
+        ad.stability_limit(symbolic)
+
+
+def test_numpy_numbers_and_lists_are_welcome():
+    import numpy as np
+
+    plain = machine(bearings=[bearing(np.float64(0.0)), bearing(np.int64(1))])
+    assert isinstance(plain.bearings, tuple)
+    assert ad.stability_limit(plain).speed > 0.0

@@ -14,7 +14,7 @@ from .certificate import Eigensystem, Walk
 from .critical import CriticalSpeed, critical_speeds
 from .modes import OVERDAMPED, mode, whirls
 from .polish import Polisher
-from .system import Array, System, system
+from .system import Array, System, ascending, system
 from .threads import one_thread
 
 TRUNCATION = 1e-6
@@ -101,7 +101,7 @@ def campbell(
     """
     loop = machine if isinstance(machine, System) else system(machine)
     top = loop.machine.operation.top_speed
-    grid = np.linspace(0.0, top, 121) if speeds is None else np.asarray(speeds, float)
+    grid = np.linspace(0.0, top, 121) if speeds is None else ascending(speeds)
     reduced = _truncated(loop, float(grid[-1]), modes) if fast else loop
     decompositions = _decomposed(reduced, grid)
     whirling, still = _largest(decompositions)

@@ -92,7 +92,12 @@ class Chain:
         direct = self._d[0] @ inputs
         if not len(self._a):
             return complex(direct)
-        state = np.linalg.solve(s * np.eye(len(self._a)) - self._a, self._b @ inputs)
+        try:
+            state = np.linalg.solve(s * np.eye(len(self._a)) - self._a, self._b @ inputs)
+        except np.linalg.LinAlgError:
+            raise SolveError(
+                f"the controller has a pole at {frequency:g} rad/s; ask for a frequency beside it"
+            ) from None
         return complex(self._c[0] @ state + direct)
 
 

@@ -12,7 +12,7 @@ from ..errors import ModelError
 from ..spec.machine import Machine
 from .certificate import Walk
 from .frequency import Loops
-from .system import Array, System, system
+from .system import Array, System, ascending, system
 from .threads import one_thread
 
 ZONES = (("A", 3.0), ("B", 4.0), ("C", 5.0))
@@ -138,7 +138,7 @@ def sensitivity(
     loop = machine if isinstance(machine, System) else system(machine)
     view = Axes(loop, speed)
     e = Walk(loop.A0, loop.A1).at(speed)
-    grid = _grid(e.values, speed, highest) if frequencies is None else np.asarray(frequencies, float)
+    grid = _grid(e.values, speed, highest) if frequencies is None else ascending(frequencies)
     table = np.array([view.at(float(w)) for w in grid])
     peaks = []
     for j, name in enumerate(view.names):
@@ -265,9 +265,10 @@ def sensitivity_over_speed(machine: Machine | System, speeds: Sequence[float] | 
     SensitivityOverSpeed
     """
     loop = machine if isinstance(machine, System) else system(machine)
-    results = [sensitivity(loop, float(s)) for s in speeds]
+    grid = ascending(speeds)
+    results = [sensitivity(loop, float(s)) for s in grid]
     return SensitivityOverSpeed(
-        speeds=np.asarray(speeds, float),
+        speeds=grid,
         loops=results[0].loops,
         peaks=np.array([[p.value for p in r.peaks] for r in results]),
         frequencies=np.array([[p.frequency for p in r.peaks] for r in results]),

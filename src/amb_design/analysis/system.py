@@ -8,6 +8,7 @@ that analyses which work on the sparse matrices do without the dense ones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -16,11 +17,14 @@ import casadi as ca
 import numpy as np
 import scipy.linalg as sla
 
+from ..errors import ModelError
 from ..model.loop import Pencil, Structure, close
 from ..model.loop import structure as structure_of
 from ..model.mesh import Mesh, plan
 from ..model.pair import Pair
+from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
+from ..spec.paths import numbers
 
 Array: TypeAlias = np.ndarray[Any, Any]
 
@@ -173,6 +177,33 @@ def system(machine: Machine, mesh: Mesh | None = None, complex_form: bool | None
     Returns
     -------
     System
+
+    Raises
+    ------
+    ModelError
+        If a number is a symbol.
     """
+    symbolic = next((path for path, found in numbers(machine) if is_symbolic(found)), None)
+    if symbolic is not None:
+        raise ModelError(f"{symbolic} is a symbol; analyses need numbers: use ad.closed_loop for expressions")
     plant = structure_of(machine, mesh or plan(machine), complex_form)
     return System(machine, plant, plant.size)
+
+
+def ascending(speeds: Sequence[float] | Array) -> Array:
+    """Speeds as an array, checked.
+
+    Parameters
+    ----------
+    speeds : array_like
+        At least one finite number [rad/s], none below zero, each larger than the one before.
+
+    Raises
+    ------
+    ModelError
+        If they are not.
+    """
+    grid = np.asarray(speeds, float)
+    if grid.ndim != 1 or not len(grid) or not np.isfinite(grid).all() or grid[0] < 0.0 or (np.diff(grid) <= 0.0).any():
+        raise ModelError("speeds must be one or more finite numbers in rad/s, not negative and ascending")
+    return grid

@@ -14,7 +14,7 @@ from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from .frequency import Loops, column
 from .modes import circular, unpinned
-from .system import Array, System, node_positions, system
+from .system import Array, System, ascending, node_positions, system
 from .threads import one_thread
 
 
@@ -113,7 +113,7 @@ def unbalance_response(machine: Machine | System, speeds: Sequence[float] | Arra
     """
     loop = machine if isinstance(machine, System) else system(machine)
     top = loop.machine.operation.top_speed
-    grid = np.linspace(top / 400.0, top, 400) if speeds is None else np.asarray(speeds, float)
+    grid = np.linspace(top / 400.0, top, 400) if speeds is None else ascending(speeds)
     plant = loop.plant
     loops = Loops(plant)
     unit = unbalance_forces(loop)[:, None]

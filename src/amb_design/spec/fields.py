@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
+from numbers import Real
 from typing import Any, TypeAlias, TypeGuard
 
 import casadi as ca
@@ -81,7 +82,7 @@ def is_symbolic(value: Any) -> bool:
 
 def is_number(value: Any) -> TypeGuard[float]:
     """True for the plain numbers of a specification (not bool, not symbols)."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +92,9 @@ class Spec:
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
+            if isinstance(value, list) and "unit" not in f.metadata:  # frozen objects hold tuples, which can be hashed
+                value = tuple(value)
+                object.__setattr__(self, f.name, value)
             if "unit" in f.metadata:
                 self._check_number(f, value)
             elif "options" in f.metadata and not (isinstance(value, str) and value in f.metadata["options"]):
