@@ -223,7 +223,8 @@ def _stable_response(
     if limit.status in (UNSTABLE, MARGINAL):
         return None
     top = limit.speed * (0.98 if limit.status == FOUND else 1.0)
-    peaks = [c.speed * (1.0 + k * c.damping_ratio) for c in critical for k in (-1.0, 0.0, 1.0) if c.speed < 0.99 * top]
+    near = [c.speed * (1.0 + k * c.damping_ratio) for c in critical for k in (-1.0, 0.0, 1.0)]
+    peaks = [speed for speed in near if 0.0 < speed < top]
     try:
         return unbalance_response(loop, np.union1d(np.linspace(top / 600.0, top, 600), peaks))
     except SolveError:

@@ -35,10 +35,6 @@ class Pair:
     def __neg__(self) -> Pair:
         return Pair(-self.re, -self.im)
 
-    def times_i(self) -> Pair:
-        """i times the matrix."""
-        return Pair(-self.im, self.re)
-
     def select(self, rows: list[int]) -> Pair:
         """Square submatrix of some rows and the same columns."""
         return Pair(self.re[rows, rows], self.im[rows, rows])

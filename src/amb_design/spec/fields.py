@@ -22,7 +22,6 @@ _DOMAINS: dict[str, tuple[Callable[[float], bool], str, str]] = {
     "any": (lambda x: True, "", ""),
     "positive": (lambda x: x > 0.0, "must be positive", "give a value above zero"),
     "nonnegative": (lambda x: x >= 0.0, "must not be negative", "give zero or a value above it"),
-    "fraction": (lambda x: 0.0 <= x <= 1.0, "must lie between 0 and 1", "give a fraction"),
 }
 
 
@@ -43,7 +42,7 @@ def number(
         SI unit, ``""`` for a pure number.
     doc : str
         One line for the reader of the problem-file reference.
-    domain : {"any", "positive", "nonnegative", "fraction"}
+    domain : {"any", "positive", "nonnegative"}
         Admissible values.
     options : tuple of str, optional
         Words that may stand in place of a number.
