@@ -34,6 +34,8 @@ from .spec.machine import Machine, Operation, Rotor, Sensor
 from .spec.magnet import Magnet
 from .spec.material import Isotropic, Orthotropic
 from .spec.paths import find, numbers, replace
+from .spec.problem import DesignProblem
+from .spec.problem_files import load_problem, load_problem_variants
 from .spec.shaft import Ply, Segment, Shaft, layup
 from .units import rpm
 
@@ -47,6 +49,7 @@ __all__ = [
     "Campbell",
     "ClosedLoop",
     "CriticalSpeed",
+    "DesignProblem",
     "Disk",
     "Equivalent",
     "Finding",
@@ -85,6 +88,8 @@ __all__ = [
     "findings",
     "layup",
     "load",
+    "load_problem",
+    "load_problem_variants",
     "load_variants",
     "loads",
     "numbers",

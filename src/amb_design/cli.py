@@ -54,13 +54,23 @@ def _options(
 def list_problems(as_json: Json = False) -> None:
     """List the packaged problems."""
     from . import console
-    from .spec.files import FILE_NAME, load_variants, loads, packaged
+    from .spec.files import FILE_NAME, PROBLEM_FILE, load, load_variants, packaged
+    from .spec.problem_files import load_problem, load_problem_variants
 
     rows = []
     for name, folder in packaged().items():
-        machine = loads((folder / FILE_NAME).read_text(encoding="utf-8"), file=str(folder))
-        variants = [v for v in load_variants(folder) if v != machine.name]
-        rows.append({"name": name, "source": machine.source.get("title", ""), "variants": variants})
+        here, everything = (
+            (load, load_variants) if (folder / FILE_NAME).is_file() else (load_problem, load_problem_variants)
+        )
+        described = here(folder)
+        rows.append(
+            {
+                "name": name,
+                "source": described.source.get("title", ""),
+                "variants": [v for v in everything(folder) if v != described.name],
+                "optimise": (folder / PROBLEM_FILE).is_file(),
+            }
+        )
     _print(as_json, {"problems": rows}, lambda: console.problems(rows))
 
 

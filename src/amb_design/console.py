@@ -60,11 +60,12 @@ def problems(rows: Sequence[Mapping[str, Any]]) -> None:
     Parameters
     ----------
     rows : sequence of mapping
-        With ``name``, ``source`` and ``variants``.
+        With ``name``, ``source``, ``variants`` and ``optimise``.
     """
-    table = Table("problem", "source", "variants", box=None, pad_edge=False)
+    table = Table("problem", "commands", "source", "variants", box=None, pad_edge=False)
     for row in rows:
-        table.add_row(*(escape(t) for t in (row["name"], row["source"], ", ".join(row["variants"]))))
+        commands = "analyse, optimise" if row["optimise"] else "analyse"
+        table.add_row(*(escape(t) for t in (row["name"], commands, row["source"], ", ".join(row["variants"]))))
     _console().print(table)
 
 

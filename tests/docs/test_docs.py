@@ -9,11 +9,13 @@ import matplotlib as mpl
 import pytest
 
 import amb_design as ad
-from amb_design.spec.reference import field_reference
+from amb_design.spec.problem_files import loads_problem
+from amb_design.spec.reference import field_reference, quantity_reference
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 FILES = (ROOT / "docs" / "machine-files.md").read_text(encoding="utf-8")
+PROBLEMS = (ROOT / "docs" / "problem-files.md").read_text(encoding="utf-8")
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -49,6 +51,23 @@ def test_machine_file_example_is_complete():
 
 def test_field_reference_is_up_to_date():
     assert FILES.endswith(field_reference())
+
+
+def test_problem_file_example_is_complete():
+    (text,) = blocks(PROBLEMS, "toml")
+    problem = loads_problem(text)
+    assert problem.seeks_speed
+    assert len(problem.variables) == 6
+    assert len(problem.constraints) == 5
+    assert problem.with_values(problem.start()).operation.top_speed == pytest.approx(ad.rpm(15000))
+    fixed = loads_problem(text, "fixed-layup")
+    assert len(fixed.variables) == 5
+    assert [tie.name for tie in fixed.followers] == ["disks[2].position"]
+    assert loads_problem(text, "light").objective.quantity == "mass"
+
+
+def test_quantity_reference_is_up_to_date():
+    assert PROBLEMS.endswith(quantity_reference())
 
 
 def test_relative_links_lead_somewhere():

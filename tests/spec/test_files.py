@@ -116,7 +116,7 @@ def test_machines_can_be_copied_and_sent_to_other_processes(thesis):
 def test_packaged_problems():
     assert set(PROBLEMS) <= set(files.packaged())
     for name, folder in files.packaged().items():
-        assert files.resolve(name) == folder / "machine.toml"
+        assert files.resolve(name) in (folder / files.FILE_NAME, folder / files.PROBLEM_FILE)
         assert files.load(name).name == name
         assert set(files.load(name).source) >= {"title", "author", "year"}
 

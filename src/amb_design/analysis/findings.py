@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model import magnet as magnetics
+from ..model.mesh import plan
 from ..model.rotor import rotor as rotor_matrices
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
@@ -156,9 +157,10 @@ def static_shares(loop: System) -> list[float]:
     ----------
     loop : System
     """
-    machine, mesh = loop.machine, loop.plant.mesh
+    machine = replace(loop.machine, {"bearings": ()})
+    mesh = plan(machine)  # the loop's own may have stations at the bearings
     nodes = [mesh.node_of(f"magnets[{i}].position") for i in range(len(machine.magnets))]
-    bare = rotor_matrices(replace(machine, {"bearings": ()}), mesh)
+    bare = rotor_matrices(machine, mesh)
     mass, stiffness = sparse(bare.M.H), sparse(bare.K0.H)
     rigid = np.zeros(mass.shape[0])
     rigid[0::2] = 1.0
@@ -292,15 +294,8 @@ def _voltage(response: UnbalanceResponse) -> Iterator[Finding]:
     for i, m in enumerate(response.machine.magnets):
         if m.link_voltage is None or not m.has_geometry:
             continue
-        amplitude = response.peak_currents[:, i]
-        inductive = response.speeds * float(magnetics.inductance(m)) * amplitude
-        back = (
-            float(magnetics.current_stiffness(m))
-            / (2.0 * math.cos(m.half_angle))
-            * response.speeds
-            * _motion(response, i)
-        )
-        voltage[i] = inductive + (m.resistance or 0.0) * (m.bias_current + amplitude) + back
+        points = zip(response.speeds, response.peak_currents[:, i], _motion(response, i), strict=True)
+        voltage[i] = np.array([float(magnetics.voltage(m, *point)) for point in points])
         limits[i] = float(m.link_voltage)
     if found := _exceeding(response, voltage, limits):
         i, first, peak, where = found

@@ -197,10 +197,62 @@ def laminate_moduli(plies: tuple[Ply, ...]) -> tuple[Number, Number]:
     ex, gxy : float or CasADi scalar
         `a` is the inverse of the membrane stiffness: hoop and the other membrane forces vanish.
     """
+    ex, _, gxy = _moduli(plies)
+    return ex, gxy
+
+
+def hoop_modulus(plies: tuple[Ply, ...]) -> Number:
+    """Young's modulus around the wall, 1/(a22 t) [Pa]: the other membrane forces vanish.
+
+    Parameters
+    ----------
+    plies : tuple of Ply
+    """
+    return _moduli(plies)[1]
+
+
+def torsional_stiffness(segment: Segment) -> Number:
+    """GJ of a section [N m^2]: torque per twist and length.
+
+    Parameters
+    ----------
+    segment : Segment
+        Numbers or CasADi scalars.
+
+    Returns
+    -------
+    float or CasADi scalar
+
+    Notes
+    -----
+    A shaft that is twisted may grow longer and wider: nothing holds back its mean axial and hoop strain. The plies are bonded, so
+    that these two strains are common to all of them, while the shear strain of a ply is its radius times the twist. The strain
+    energy is smallest, with plies in plane stress, at the strains that leave no axial and no hoop force. In balanced laminates
+    they nearly vanish and GJ is the sum of C66 pi/2 <r^4>; in thin walls of any layup GJ is Gxy = 1/(a66 t) of the laminate
+    times the polar second moment. ``ply_law`` has no say: it is about bending and transverse shear.
+    """
+    radius = segment.inner_diameter / 2.0
+    if segment.material is not None:
+        return segment.material.shear_modulus * math.pi / 2.0 * ((segment.outer / 2.0) ** 4 - radius**4)
+    thickness = _column([p.thickness for p in segment.plies])
+    outer = radius + ca.cumsum(thickness)
+    inner = outer - thickness
+    c11, c12, c22, c16, c26, c66 = _turned(segment.plies, "plane-stress")
+    r2, r3, r4 = (outer**n - inner**n for n in (2, 3, 4))
+    axial, mixed, hoop = (math.pi * ca.dot(c, r2) for c in (c11, c12, c22))
+    axial_twist, hoop_twist = (2.0 * math.pi / 3.0 * ca.dot(c, r3) for c in (c16, c26))
+    released = axial_twist**2 * hoop - 2.0 * axial_twist * hoop_twist * mixed + hoop_twist**2 * axial
+    return math.pi / 2.0 * ca.dot(c66, r4) - released / (axial * hoop - mixed**2)
+
+
+def _moduli(plies: tuple[Ply, ...]) -> tuple[Number, Number, Number]:
+    """Ex, Ey and Gxy of the whole wall [Pa], x along the shaft and y around it."""
     a11, a12, a22, a16, a26, a66 = membrane_stiffness(plies)
     thickness = ca.sum1(_column([p.thickness for p in plies]))
     det = a11 * (a22 * a66 - a26**2) - a12 * (a12 * a66 - a16 * a26) + a16 * (a12 * a26 - a22 * a16)
-    return det / ((a22 * a66 - a26**2) * thickness), det / ((a11 * a22 - a12**2) * thickness)
+    minors = (a22 * a66 - a26**2, a11 * a66 - a16**2, a11 * a22 - a12**2)
+    ex, ey, gxy = (det / (minor * thickness) for minor in minors)
+    return ex, ey, gxy
 
 
 def _laminate(plies: tuple[Ply, ...]) -> _Stiffness:

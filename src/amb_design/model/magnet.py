@@ -104,6 +104,51 @@ def inductance(magnet: Magnet) -> Number:
     return MU0 * magnet.turns**2 * magnet.pole_area / (2.0 * magnet.gap) + magnet.leakage_inductance
 
 
+def back_emf_constant(magnet: Magnet) -> Number:
+    """k_u = k_i/(2 cos(alpha)) [V s/m]: voltage that a coil induces for each m/s of the rotor, at the bias.
+
+    Parameters
+    ----------
+    magnet : Magnet
+        With geometry. Half of k_i belongs to each horseshoe of the pair. As in the force law, a displacement along the axis
+        counts in full for the gap; cos(alpha) of it would take the factor 1/cos(alpha) away, so that k_u is on the safe side.
+    """
+    _require_geometry(magnet, "the voltage that motion induces")
+    return current_stiffness(magnet) / (2.0 * ca.cos(magnet.half_angle))
+
+
+def voltage(magnet: Magnet, frequency: Number, current: Number, displacement: Number = 0.0) -> Number:
+    """Largest voltage of a coil [V]: inductive, resistive and motion-induced, as if their peaks coincided.
+
+    Parameters
+    ----------
+    magnet : Magnet
+        With geometry; without a resistance that part is left out.
+    frequency : float or CasADi scalar
+        Of current and displacement [rad/s].
+    current, displacement : float or CasADi scalar
+        Amplitudes of control current [A] and displacement [m]; not negative.
+    """
+    changing = inductance(magnet) * current + back_emf_constant(magnet) * displacement
+    total = frequency * changing
+    if magnet.resistance is not None:
+        total = total + magnet.resistance * (magnet.bias_current + current)
+    return total
+
+
+def copper_loss(magnet: Magnet) -> Number:
+    """Loss of a magnet's coils at bias [W]: 4 R i0^2, for two horseshoes on each of two axes.
+
+    Parameters
+    ----------
+    magnet : Magnet
+        With resistance and bias current.
+    """
+    if magnet.resistance is None or magnet.bias_current is None:
+        raise ModelError("the copper loss needs the resistance and the bias current of every magnet")
+    return 4.0 * magnet.resistance * magnet.bias_current**2
+
+
 def _strength(magnet: Magnet) -> Number:
     return MU0 * magnet.turns**2 * magnet.pole_area * ca.cos(magnet.half_angle)
 

@@ -17,10 +17,8 @@ from ..errors import ModelError
 from ..spec.fields import Number, is_number
 from ..spec.machine import Machine
 from ..spec.paths import value
+from ..spec.stations import boundaries, station_groups
 from .pair import Matrix
-
-COINCIDENT = 1e-6
-"""Stations closer than this fraction of the shaft's length share a node."""
 
 
 @dataclass(frozen=True)
@@ -99,30 +97,18 @@ def plan(machine: Machine) -> Mesh:
         If a length or position is a symbol.
     """
     shaft = machine.rotor.shaft
-    places: list[tuple[Number, int | str]] = [(0.0, 0)]
-    for i, segment in enumerate(shaft.segments):
-        if not is_number(segment.length):
-            raise _symbolic(f"rotor.shaft.segments[{i}].length")
-        places.append((places[-1][0] + segment.length, i + 1))
-    boundaries = [x for x, _ in places]
-    for path, position in machine.stations():
-        if not is_number(position):
+    lengths = [(f"rotor.shaft.segments[{i}].length", s.length) for i, s in enumerate(shaft.segments)]
+    for path, x in [*lengths, *machine.stations()]:
+        if not is_number(x):
             raise _symbolic(path)
-        places.append((min(position, boundaries[-1]), path))
-    length = boundaries[-1]
-    places.sort(key=lambda p: p[0])  # stable: boundaries lead, then the order of machine.stations()
-    groups: list[list[tuple[float, int | str]]] = []
-    for place in places:
-        if groups and place[0] - groups[-1][0][0] <= COINCIDENT * length:
-            groups[-1].append(place)
-        else:
-            groups.append([place])
-    stations = tuple(_station(g) for g in groups)
+    edges = boundaries(machine)
+    length = edges[-1]
+    stations = tuple(_station(g) for g in station_groups(machine))
     divisions, segments = [], []
     for a, b in pairwise(stations):
         divisions.append(max(1, math.ceil((b.position - a.position) * shaft.elements / length - 1e-6)))
         middle = (a.position + b.position) / 2.0
-        segments.append(next(i for i, x in enumerate(boundaries[1:]) if middle < x))
+        segments.append(next(i for i, x in enumerate(edges[1:]) if middle < x))
     return Mesh(stations, tuple(divisions), tuple(segments))
 
 
@@ -139,10 +125,8 @@ def coordinates(machine: Machine, mesh: Mesh) -> list[Number]:
     -------
     list of float or CasADi scalar
     """
-    boundaries: list[Number] = [0.0]
-    for segment in machine.rotor.shaft.segments:
-        boundaries.append(boundaries[-1] + segment.length)
-    return [boundaries[s.leader] if isinstance(s.leader, int) else value(machine, s.leader) for s in mesh.stations]
+    edges = boundaries(machine)
+    return [edges[s.leader] if isinstance(s.leader, int) else value(machine, s.leader) for s in mesh.stations]
 
 
 def element_lengths(machine: Machine, mesh: Mesh) -> Matrix:

@@ -10,26 +10,30 @@ fields of the objects under their own names. Numbers are SI, or strings with a u
 - ``[variants.NAME]``: the same machine with changes. A variant is laid over the base: tables merge, all other
   values, lists included, replace what the base has, and ``false`` removes it: ``controller = false``.
 
+A problem file (see `problem_files`) stands for the machine that its design starts from.
+
 Whatever is wrong with a file is reported as a SpecError of one sentence.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import os
-import re
-import tomllib
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ..errors import SpecError
-from .fields import Shown
+from .fields import Number
 from .machine import Machine
-from .tables import as_table, closest, inside, machine_of, quoted, tables_of
+from .paths import find, metadata, replace
+from .tables import by_path, closest, machine_of, quoted, si_number, tables_of
+from .toml import FORMAT, Tables, read, read_variants, text_of
 
-FORMAT = "amb_design/1"
 FILE_NAME = "machine.toml"
-MAX_BYTES = 1_000_000
-MAX_DOTS = 1000  # in a line: a key of very many parts takes minutes to read
+PROBLEM_FILE = "problem.toml"
+START = ("machine", "machine_variant", "changes")
+"""What in a problem file makes the machine that the design starts from."""
 
 
 def load(path_or_name: str | os.PathLike[str], variant: str | None = None) -> Machine:
@@ -38,7 +42,8 @@ def load(path_or_name: str | os.PathLike[str], variant: str | None = None) -> Ma
     Parameters
     ----------
     path_or_name : str or path
-        A machine file, a folder with a ``machine.toml``, or the name of a packaged problem.
+        A machine file, a folder with a ``machine.toml``, or the name of a packaged problem. A problem file, where there
+        is no machine file beside it, gives the machine that the design starts from, under the problem's name.
     variant : str, optional
         Name of one of the file's variants; the base machine if left out.
 
@@ -52,7 +57,7 @@ def load(path_or_name: str | os.PathLike[str], variant: str | None = None) -> Ma
         If there is no such file or anything in it is wrong.
     """
     path = resolve(path_or_name)
-    return loads(_text(path), variant, str(path))
+    return loads(text_of(path), variant, str(path), path.parent)
 
 
 def load_variants(path_or_name: str | os.PathLike[str]) -> dict[str, Machine]:
@@ -67,7 +72,7 @@ def load_variants(path_or_name: str | os.PathLike[str]) -> dict[str, Machine]:
     -------
     dict of str to Machine
         By the variants' names, in the order of the file; a file without variants gives its one machine
-        under the machine's name.
+        under the machine's name. Variants of a problem that start from the same machine as the problem are left out.
 
     Raises
     ------
@@ -75,23 +80,26 @@ def load_variants(path_or_name: str | os.PathLike[str]) -> dict[str, Machine]:
         If there is no such file or anything in it, the base machine included, is wrong.
     """
     path = resolve(path_or_name)
-    text = _text(path)
-    base = loads(text, file=str(path))
-    names = tomllib.loads(text).get("variants", {})
-    return {name: loads(text, name, str(path)) for name in names} or {base.name: base}
+    text = text_of(path)
+    matters = _starts_elsewhere if read(text, None, str(path), is_problem) else None
+    return read_variants(text, str(path), partial(_machine, folder=path.parent), matters)
 
 
-def loads(text: str, variant: str | None = None, file: str = "") -> Machine:
+def loads(
+    text: str, variant: str | None = None, file: str = "", folder: str | os.PathLike[str] | None = None
+) -> Machine:
     """Read a machine from the text of a file.
 
     Parameters
     ----------
     text : str
-        Content of a machine file.
+        Content of a machine file, or of a problem file.
     variant : str, optional
         Name of one of the variants; the base machine if left out.
     file : str, optional
         Name of the file for error messages.
+    folder : str or path, optional
+        Where a problem's machine is looked for; the current folder if left out.
 
     Returns
     -------
@@ -102,16 +110,7 @@ def loads(text: str, variant: str | None = None, file: str = "") -> Machine:
     SpecError
         If anything in the text is wrong.
     """
-    try:
-        tables = _parse(text)
-        if variant is not None:
-            tables = _with_variant(tables, variant)
-            file = f"{file} (variant {variant})".lstrip()
-        return machine_of(tables)
-    except SpecError as error:
-        raise error.in_file(file) from None
-    except RecursionError:
-        raise _too_deep().in_file(file) from None
+    return read(text, variant, file, partial(_machine, folder=folder))
 
 
 def dumps(machine: Machine) -> str:
@@ -170,120 +169,154 @@ def packaged() -> dict[str, Path]:
     roots = [here.parents[1] / "problems"]  # in an installed package
     if here.parents[2].name == "src":
         roots.append(here.parents[3] / "problems")  # in a source checkout
-    found = {file.parent.name: file.parent for root in roots for file in root.glob(f"*/{FILE_NAME}")}
+    found = {
+        file.parent.name: file.parent
+        for root in roots
+        for file_name in (FILE_NAME, PROBLEM_FILE)
+        for file in root.glob(f"*/{file_name}")
+    }
     return dict(sorted(found.items()))
 
 
 def resolve(path_or_name: str | os.PathLike[str]) -> Path:
-    """Find a machine file.
+    """Find a machine file, or a problem file in its place.
 
     Parameters
     ----------
     path_or_name : str or path
-        A file, a folder with a ``machine.toml``, or the name of a packaged problem, looked for in this order.
+        A file, a folder with a ``machine.toml`` or a ``problem.toml``, or the name of a packaged problem, looked for in
+        this order.
 
     Returns
     -------
     Path
-        The machine file.
+        The machine file; the problem file of a folder that has no machine file.
 
     Raises
     ------
     SpecError
         If nothing is found; the sentence names the closest packaged problem.
     """
-    path, problems = Path(path_or_name), packaged()
-    for candidate in (path, path / FILE_NAME, problems.get(str(path_or_name), path) / FILE_NAME):
+    return locate(path_or_name, (FILE_NAME, PROBLEM_FILE))
+
+
+def locate(
+    path_or_name: str | os.PathLike[str], file_names: Iterable[str], folder: str | os.PathLike[str] | None = None
+) -> Path:
+    """Find a file by its own path, by its folder, or by the name of a packaged problem, in this order.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+    file_names : iterable of str
+        What the file may be called in its folder, best first.
+    folder : str or path, optional
+        What a relative path is relative to; the current folder if left out.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    SpecError
+        If nothing is found.
+    """
+    name, file_names = str(path_or_name), tuple(file_names)
+    path, problems = Path(folder or "", path_or_name), packaged()
+    places = (path, problems[name]) if name in problems else (path,)
+    for candidate in (path, *(place / file_name for place in places for file_name in file_names)):
         if os.path.isfile(candidate):
             return candidate
-    name = str(path_or_name)
+    wanted = " or ".join(file_names)
+    if name in problems:
+        raise SpecError(f"has no {wanted}", field=quoted(name), remedy=_others(name, problems, file_names))
     if os.path.isdir(path):
-        raise SpecError(f"is a folder without {FILE_NAME}", field=quoted(name), remedy="name one that has it")
+        raise SpecError(f"is a folder without {wanted}", field=quoted(name), remedy="name one that has it")
     if os.path.exists(path):
-        raise SpecError("is no regular file", field=quoted(name), remedy="name a machine file")
-    guess = path.parent.name if path.name == FILE_NAME else path.stem
+        raise SpecError("is no regular file", field=quoted(name), remedy="name a file of TOML text")
+    guess = path.parent.name if path.name in file_names else path.stem
     raise SpecError(
-        "is neither a file, a folder nor a packaged problem", field=quoted(name), remedy=closest(guess, problems)
+        "is neither a file, a folder nor a packaged problem",
+        field=quoted(name),
+        remedy=_others(guess, problems, file_names),
     )
 
 
-def _text(path: Path) -> str:
-    """Content of a machine file; refuses by size before it reads."""
-    file = str(path)
+def _others(word: str, problems: dict[str, Path], file_names: tuple[str, ...]) -> str:
+    return closest(word, [n for n, place in problems.items() if any((place / f).is_file() for f in file_names)])
+
+
+def is_problem(tables: Tables) -> bool:
+    """True if the tables are those of a problem file.
+
+    Parameters
+    ----------
+    tables : dict
+    """
+    return "rotor" not in tables and any(key in tables for key in ("free", "maximise", "minimise"))
+
+
+def start_machine(tables: Tables, folder: str | os.PathLike[str] | None = None) -> Machine:
+    """The machine that a design problem starts from, under the problem's name.
+
+    Parameters
+    ----------
+    tables : dict
+        Of the problem file.
+    folder : str or path, optional
+        Where the machine is looked for first; the current folder if left out.
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    SpecError
+        If the machine is not found or anything in its file or in the changes is wrong.
+    """
+    for key in ("name", "machine", "machine_variant"):
+        if key in tables and not (isinstance(tables[key], str) and tables[key]):
+            raise SpecError("must be text", field=key, got=tables[key], remedy="write a name in quotes")
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            problem = f"is {size / 1e6:.3g} MB; a machine file has a few kB"
-            raise SpecError(problem, file=file, remedy="check the name")
-        content = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise SpecError(f"cannot be read ({reason})", file=file, remedy="check its permissions") from None
-    if not content.strip():
-        raise SpecError("is empty", file=file, remedy=f'start with format = "{FORMAT}" and see the packaged problems')
-    if b"\0" in content:
-        raise SpecError("is a binary file", file=file, remedy="machine files are TOML text in UTF-8")
+        path = locate(tables.get("machine", FILE_NAME), (FILE_NAME,), folder)
+    except SpecError as error:
+        if "machine" not in tables:
+            remedy = f"name a machine or put a {FILE_NAME} beside the problem file"
+            raise SpecError("is missing", field="machine", remedy=remedy) from None
+        raise SpecError(error.problem, field="machine", got=tables["machine"], remedy=error.remedy) from None
+    machine = read(text_of(path), tables.get("machine_variant"), str(path), _machine_only)
+    machine = _changed(machine, by_path(tables, "changes"))
+    return dataclasses.replace(machine, name=tables.get("name", machine.name))
+
+
+def _machine(tables: Tables, folder: str | os.PathLike[str] | None) -> Machine:
+    return start_machine(tables, folder) if is_problem(tables) else machine_of(tables)
+
+
+def _machine_only(tables: Tables) -> Machine:
+    if is_problem(tables):
+        raise SpecError("describes a design problem where a machine is wanted", remedy="name the machine file instead")
+    return machine_of(tables)
+
+
+def _starts_elsewhere(changes: Tables) -> bool:
+    return any(key in changes for key in START)
+
+
+def _changed(machine: Machine, changes: Tables) -> Machine:
+    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out."""
+    values: dict[str, Number] = {}
+    for name, raw in changes.items():
+        try:
+            for path in find(machine, name, unset=True):
+                if path in values:
+                    raise SpecError("is changed twice", field=path, remedy="name each number once")
+                values[path] = si_number(raw, metadata(machine, path))
+        except SpecError as error:
+            raise error.inside("changes" if error.field else f"changes.{name}") from None
     try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise SpecError("is not in UTF-8", field=f"line {line}", file=file, remedy="save it as UTF-8 text") from None
-
-
-def _too_deep() -> SpecError:
-    return SpecError("is nested too deeply", remedy="machine files need a handful of levels")
-
-
-def _parse(text: str) -> dict[str, Any]:
-    if any(line.count(".") > MAX_DOTS for line in text.splitlines()):
-        raise _too_deep()
-    try:
-        tables = tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
-        what = str(error)
-        place = re.search(r" \(at line (\d+), column \d+\)| \(at end of document\)", what)
-        line = f"line {place[1] or text.count(chr(10)) + 1}" if place else "a number"
-        what = what[: place.start()] if place else "it has too many digits"
-        remedy = "correct the line: key = value, strings in quotes, each key once"
-        raise SpecError(f"is no TOML: {what[:1].lower()}{what[1:120]}", field=line, remedy=remedy) from None
-    if tables.get("format") != FORMAT:
-        problem = "is not the format of this version" if "format" in tables else "is missing"
-        raise SpecError(problem, field="format", got=tables.get("format"), remedy=f'write format = "{FORMAT}"')
-    as_table(tables.get("variants", {}), "variants")
-    return tables
-
-
-def _with_variant(tables: dict[str, Any], variant: str) -> dict[str, Any]:
-    variants = tables.get("variants", {})
-    if variant not in variants:
-        remedy = closest(variant, variants) or "it has none at all"
-        raise SpecError(f"has no variant {quoted(variant)}", remedy=remedy)
-    if not re.fullmatch(r"\w[\w .+-]*", variant):  # it becomes the name of a folder
-        raise SpecError(
-            "is no name",
-            field="variants",
-            got=variant,
-            remedy="name variants with letters, digits, blanks, dots, + and -",
-        )
-    changes = as_table(variants[variant], f"variants.{quoted(variant)}")
-    for key in ("format", "name", "variants"):
-        if key in changes:
-            raise SpecError("cannot be changed by a variant", field=key, got=changes[key], remedy="remove the line")
-    merged = _merge(tables, changes)
-    return {**merged, "name": f"{merged['name']}: {variant}"} if isinstance(merged.get("name"), str) else merged
-
-
-def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    merged = dict(base)
-    for key, value in changes.items():
-        with inside(key):
-            if value is False:
-                if key not in base:
-                    got = Shown("false")
-                    raise SpecError("removes what the base does not have", got=got, remedy=closest(key, base))
-                del merged[key]
-            elif isinstance(value, dict) and isinstance(base.get(key), dict):
-                merged[key] = _merge(base[key], value)
-            else:
-                merged[key] = value
-    return merged
+        return replace(machine, values)
+    except SpecError as error:
+        raise error.inside("changes") from None

@@ -22,7 +22,7 @@ S = TypeVar("S", bound=Spec)
 _STEP = re.compile(r"([A-Za-z_]\w*)((?:\[\d+\])*)$")
 
 
-def numbers(spec: Spec, prefix: str = "") -> Iterator[tuple[str, Number]]:
+def numbers(spec: Spec, prefix: str = "", unset: bool = False) -> Iterator[tuple[str, Number]]:
     """Every number of a specification that is set, with its full path.
 
     Parameters
@@ -31,6 +31,8 @@ def numbers(spec: Spec, prefix: str = "") -> Iterator[tuple[str, Number]]:
         A machine or any part of one.
     prefix : str, optional
         Path of `spec` itself.
+    unset : bool
+        Then also the number fields that are left out or hold a word.
 
     Yields
     ------
@@ -41,17 +43,17 @@ def numbers(spec: Spec, prefix: str = "") -> Iterator[tuple[str, Number]]:
         value = getattr(spec, f.name)
         path = f"{prefix}.{f.name}" if prefix else f.name
         if "unit" in f.metadata:
-            if value is not None and not isinstance(value, str):
+            if unset or (value is not None and not isinstance(value, str)):
                 yield path, value
         elif isinstance(value, Spec):
-            yield from numbers(value, path)
+            yield from numbers(value, path, unset)
         elif isinstance(value, tuple):
             for i, item in enumerate(value):
                 if isinstance(item, Spec):
-                    yield from numbers(item, f"{path}[{i}]")
+                    yield from numbers(item, f"{path}[{i}]", unset)
 
 
-def find(spec: Spec, path: str) -> tuple[str, ...]:
+def find(spec: Spec, path: str, unset: bool = False) -> tuple[str, ...]:
     """Full paths of the numbers that a path stands for.
 
     Parameters
@@ -60,6 +62,8 @@ def find(spec: Spec, path: str) -> tuple[str, ...]:
         A machine or any part of one.
     path : str
         Full or short path.
+    unset : bool
+        Then a path that fits no number may stand for fields that are left out.
 
     Returns
     -------
@@ -74,6 +78,9 @@ def find(spec: Spec, path: str) -> tuple[str, ...]:
     known = [p for p, _ in numbers(spec)]
     steps = _steps(path)
     hits = [p for p in known if _fits(steps, _steps(p))]
+    if unset and not hits:
+        known = [p for p, _ in numbers(spec, unset=True)]
+        hits = [p for p in known if _fits(steps, _steps(p))]
     kinds = {re.sub(r"\[\d+\]", "", p) for p in hits}
     if path in kinds:  # an exact path is never ambiguous
         hits, kinds = [p for p in hits if re.sub(r"\[\d+\]", "", p) == path], {path}

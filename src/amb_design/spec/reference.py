@@ -1,11 +1,13 @@
-"""The fields of a machine file as Markdown tables, from the specification classes themselves.
+"""The fields of a machine file and the quantities of a problem file as Markdown tables, from the specification itself.
 
-``python -m amb_design.spec.reference`` prints the tables that docs/machine-files.md holds.
+``python -m amb_design.spec.reference`` prints the tables that docs/machine-files.md holds, with the argument ``quantities``
+the one of docs/problem-files.md.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import sys
 
 from .bearing import Bearing, Pin
 from .controller import PID, Amplifier, LowPass, Notch
@@ -14,6 +16,7 @@ from .fields import Spec
 from .machine import Machine, Operation, Sensor
 from .magnet import Magnet
 from .material import Isotropic, Orthotropic
+from .quantities import QUANTITIES, Option
 from .shaft import Segment, Shaft
 
 TABLES: dict[str, type[Spec]] = {
@@ -64,5 +67,27 @@ def _default(f: dataclasses.Field) -> str:  # type: ignore[type-arg]
     return f"{f.default:.6g}" if isinstance(f.default, float) else str(f.default)
 
 
+def quantity_reference() -> str:
+    """Markdown table of all quantities.
+
+    Returns
+    -------
+    str
+    """
+    rows = ["| quantity | unit | limit | objective | needs | meaning |", "|---|---|---|---|---|---|"]
+    for q in QUANTITIES.values():
+        objective = ("minimise" if q.upper else "maximise") if q.objective else ""
+        needs = ", ".join(need.replace("_", " ") for need in q.needs)
+        limit = "" if q.name == "stability_limit" else "upper" if q.upper else "lower"
+        meaning = "; ".join([q.doc, *(_option(name, option) for name, option in q.options.items())])
+        rows.append(f"| `{q.name}` | {q.unit or '1'} | {limit} | {objective} | {needs} | {meaning} |")
+    return "\n".join([*rows, ""])
+
+
+def _option(name: str, option: Option) -> str:
+    unit = "" if option.unit in ("", "name") else f" [{option.unit}]"
+    return f"option `{name}`{unit}: {option.doc}"
+
+
 if __name__ == "__main__":
-    print(field_reference())
+    print(quantity_reference() if "quantities" in sys.argv[1:] else field_reference(), end="")

@@ -93,7 +93,7 @@ class _Names:
         """The value of field `f` of class `cls`; what the object judges better is passed on to it."""
         hint, many, parts = _kind(cls, f.name)
         if "unit" in f.metadata:
-            return _number(f, raw)
+            return si_number(raw, f.metadata)
         if many:
             if Ply in parts and not isinstance(raw, list):
                 return self.named("layup", self.layups, raw)
@@ -109,7 +109,7 @@ class _Names:
         if hint is str and "options" not in f.metadata and not (isinstance(raw, str) and (raw or f.default == "")):
             raise SpecError("must be text", got=raw, remedy="write some text in quotes")
         if hint == Mapping[str, str]:
-            return _texts(raw)
+            return texts(raw)
         return raw
 
     def part(self, classes: tuple[type, ...], raw: Any) -> Any:
@@ -156,19 +156,34 @@ class _Names:
             raise SpecError(error.problem, field=field, got=error.got, remedy=error.remedy) from None
 
 
-def _number(f: dataclasses.Field[Any], raw: Any) -> Any:
-    words = f.metadata["words"]
+def si_number(raw: Any, metadata: Mapping[str, Any]) -> Any:
+    """A number of a file in SI; what is no number, such as a word or a list, is passed on to be judged elsewhere.
+
+    Parameters
+    ----------
+    raw : object
+        A number, or a text with a unit.
+    metadata : mapping
+        Of the field: its ``unit``, and the ``words`` that it takes.
+    """
+    words = metadata.get("words", ())
     if isinstance(raw, str) and raw not in words:
         if words and not re.match(r"\s*[-+.\d]", raw):
             return raw  # a misspelt word: the object knows what it should have been
-        return parse_quantity(raw, f.metadata["unit"])
+        return parse_quantity(raw, metadata["unit"])
     try:
         return float(raw) if is_number(raw) else raw
     except OverflowError:
         return float("inf")
 
 
-def _texts(raw: Any) -> dict[str, str]:
+def texts(raw: Any) -> dict[str, str]:
+    """The value itself, if it is a table of texts.
+
+    Parameters
+    ----------
+    raw : object
+    """
     for key, text in as_table(raw).items():
         if not isinstance(text, str) or not text.strip():
             raise SpecError("must be text", field=quoted(key), got=text, remedy="write it in quotes")
@@ -276,6 +291,23 @@ def as_table(raw: Any, field: str = "") -> dict[str, Any]:
     if not isinstance(raw, dict):
         raise SpecError("must be a table", field=field, got=raw, remedy="write [its.path], then lines of key = value")
     return raw
+
+
+def by_path(tables: Mapping[str, Any], section: str) -> dict[str, Any]:
+    """A section whose keys are paths into the machine.
+
+    Parameters
+    ----------
+    tables : mapping
+        That may hold the section.
+    section : str
+    """
+    found = as_table(tables.get(section, {}), section)
+    for key, raw in found.items():
+        if isinstance(raw, dict):  # controller.kp = 1 without quotes is a table in a table
+            remedy = f'write the whole path in quotes: "{key}.{next(iter(raw), "...")}" = ...'
+            raise SpecError("is no path", field=f"{section}.{quoted(key)}", remedy=remedy)
+    return found
 
 
 def closest(word: str, known: Iterable[str]) -> str:

@@ -1,0 +1,1 @@
+"""Design optimisation: from a problem to a verified optimum."""

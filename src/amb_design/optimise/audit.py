@@ -1,0 +1,244 @@
+"""Every quantity of a design problem by the analyses of the package, which share nothing with the search but the model.
+
+The search takes sensitivities and responses from sums over modes at a few speeds; here they come from banded solutions of the
+full model at speeds of their own, the stability limit from its certificate, and peaks are refined by another method.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import scipy.linalg as sla
+
+from ..analysis.critical import critical_speeds
+from ..analysis.sensitivity import sensitivity
+from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
+from ..analysis.system import Array, System, system
+from ..analysis.threads import one_thread
+from ..analysis.unbalance import major_axis, unbalance_response
+from ..model import magnet as magnetics
+from ..model import strength
+from ..model.mesh import plan
+from ..spec.machine import Machine
+from ..spec.paths import find, replace, value
+from ..spec.problem import DesignProblem, Measure, Scenario
+from .measures.critical import AMPLIFIED
+from .measures.whirl import QUANTITIES as DRIVEN
+
+SPEEDS = 31
+"""Speeds at which damping ratios are looked at before the worst is refined."""
+
+LOOPS = np.array([0.0, 0.137, 0.311, 0.5, 0.643, 0.821, 0.93, 1.0])
+"""Fractions of the range at which sensitivities are looked at."""
+
+WHIRL = 240
+"""Speeds of the unbalance response, beside the critical ones."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One quantity of one scenario.
+
+    Attributes
+    ----------
+    quantity, scenario : str
+    value : float
+        In SI units: the worst over the range of speeds.
+    speed : float or None
+        Where it occurs [rad/s].
+    """
+
+    quantity: str
+    scenario: str
+    value: float
+    speed: float | None
+
+
+@dataclass(frozen=True)
+class Audit:
+    """A design looked at with fresh eyes.
+
+    Attributes
+    ----------
+    end : float
+        End of the range of speeds [rad/s].
+    findings : tuple of Finding
+        One a quantity and scenario.
+    stability : mapping of str to StabilityLimit
+        By scenario; "" is the machine as drawn.
+    """
+
+    end: float
+    findings: tuple[Finding, ...]
+    stability: Mapping[str, StabilityLimit]
+
+    def worst(self, quantity: str, upper: bool) -> Finding | None:
+        """The worst of a quantity over all scenarios."""
+        found = [f for f in self.findings if f.quantity == quantity]
+        return (max if upper else min)(found, key=lambda f: f.value, default=None)
+
+
+@one_thread
+def audit(problem: DesignProblem, values: Mapping[str, float], end: float, finer: int = 1) -> Audit:
+    """Compute all quantities of a problem at a design.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    values : mapping of str to float
+        Variables in SI units.
+    end : float
+        End of the range of speeds [rad/s].
+    finer : int
+        Factor on the number of elements.
+    """
+    base = problem.with_values(values)
+    measures = list(problem.constraints)
+    asked: list[Measure] = [*measures] if problem.seeks_speed else [*measures, problem.objective]
+    findings: list[Finding] = []
+    limits = {}
+    for case in (None, *problem.cases):
+        name = "" if case is None else case.name
+        machine = scenario_machine(base, case)
+        loop = system(machine, plan(machine).finer(finer) if finer > 1 else None)
+        limits[name] = stability_limit(loop, max(problem.top_speed, end), first_only=True)
+        for measure in asked:
+            for v, speed in _values(problem, case, loop, measure, end):
+                findings.append(Finding(measure.quantity, name, float(v), speed))
+    return Audit(end, tuple(findings), limits)
+
+
+def scenario_machine(machine: Machine, case: Scenario | None) -> Machine:
+    """The machine as a scenario has it; its unbalances are those of the problem's patterns and stay."""
+    if case is None:
+        return machine
+    paths = {path: factor for name, factor in case.factors for path in find(machine, name)}
+    return replace(machine, {path: factor * value(machine, path) for path, factor in paths.items()})
+
+
+def stable_up_to(limit: StabilityLimit) -> float:
+    """Speed up to which a machine is stable [rad/s]; the end of the search if no limit was found."""
+    return limit.speed if limit.status in (FOUND, NONE) else 0.0
+
+
+def _values(
+    problem: DesignProblem, case: Scenario | None, loop: System, measure: Measure, end: float
+) -> Iterator[tuple[float, float | None]]:
+    q, machine = measure.quantity, loop.machine
+    if q in ("damping_ratio", "decay_rate"):
+        yield _damping(loop, measure, end)
+    elif q == "sensitivity_peak":
+        worst = max(((sensitivity(loop, float(s)).worst.value, float(s)) for s in LOOPS * end), key=lambda p: p[0])
+        yield worst
+    elif q in DRIVEN:
+        yield _driven(problem, case, loop, q, end)
+    elif q == "separation_margin":
+        service = float(machine.operation.service_speed)
+        found = [
+            (abs(c.speed / service - 1.0), c.speed)
+            for c in critical_speeds(loop, 3.0 * service)
+            if c.whirl != "backward" and c.damping_ratio < AMPLIFIED
+        ]
+        yield min(found, default=(math.inf, None))
+    elif q == "torsional_ratio":
+        stiffness, inertia = (ca.DM(m).full() for m in strength.torsion(machine, loop.plant.mesh))
+        yield math.sqrt(sla.eigh(stiffness, inertia, eigvals_only=True)[1]) / end, end
+    elif q == "mass":
+        yield float(ca.DM(strength.rotor_mass(machine))), None
+    elif q == "copper_loss":
+        yield float(strength.copper_loss(machine)), None
+    elif q == "bias_current":
+        yield max(float(m.bias_current) for m in machine.magnets), None
+    elif q == "hoop_strain":
+        yield max(float(ca.DM(e)) for e in strength.hoop_strain(machine, measure.option("overspeed") * end)), end
+    else:
+        yield max(float(v) for v in strength.surface_speed(machine, end, measure.option("disks"))), end
+
+
+def _damping(loop: System, measure: Measure, end: float) -> tuple[float, float]:
+    """Least damping ratio in the window, or decay rate, refined around the worst of a grid of speeds."""
+    lower, upper = measure.option("window") if measure.quantity == "damping_ratio" else (1.0, math.inf)
+
+    def least(speed: float) -> float:
+        values = np.linalg.eigvals(loop.matrix(speed))
+        frequency = np.abs(values.imag)
+        inside = values[(frequency >= max(lower, 1.0)) & (frequency <= upper)]
+        if measure.quantity == "decay_rate":
+            return float(np.min(-inside.real, initial=math.inf))
+        return float(np.min(-inside.real / np.abs(inside), initial=math.inf))
+
+    grid = np.linspace(0.0, end, SPEEDS)
+    table = np.array([least(float(s)) for s in grid])
+    k = int(np.argmin(table))
+    best = table[k], float(grid[k])
+    if 0 < k < SPEEDS - 1:
+        from scipy.optimize import minimize_scalar  # imported late: slow to load
+
+        found = minimize_scalar(
+            lambda s: least(float(s)), bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"maxiter": 12}
+        )
+        best = min(best, (float(found.fun), float(found.x)))
+    return float(best[0]), best[1]
+
+
+def with_pattern(machine: Machine, amounts: tuple[float, ...], factor: float = 1.0) -> Machine:
+    """The machine with one residual unbalance pattern on its disks."""
+    changes: dict[str, Any] = {}
+    for i, amount in enumerate(amounts):
+        changes[f"rotor.disks[{i}].unbalance"] = abs(amount) * factor
+        changes[f"rotor.disks[{i}].unbalance_phase"] = 0.0 if amount >= 0.0 else math.pi
+    return replace(machine, changes)
+
+
+def _driven(
+    problem: DesignProblem, case: Scenario | None, loop: System, quantity: str, end: float
+) -> tuple[float, float]:
+    factor = 1.0 if case is None else case.unbalance
+    near = [c.speed * (1.0 + k * max(c.damping_ratio, 1e-3)) for c in critical_speeds(loop, end) for k in (-0.5, 0.0, 0.5)]
+    grid = np.unique(np.concatenate([np.linspace(end / WHIRL, end, WHIRL), [s for s in near if 0.0 < s < end]]))
+    best = (0.0, end)
+    patterns = [p.amounts for p in problem.patterns]
+    own = tuple(d.unbalance for d in loop.machine.rotor.disks)
+    for amounts in patterns or [None]:
+        machine = loop.machine if amounts is None else with_pattern(loop.machine, amounts, factor)
+        if amounts is None and factor != 1.0:
+            machine = replace(machine, {f"rotor.disks[{i}].unbalance": u * factor for i, u in enumerate(own)})
+        rig = System(machine, loop.plant, loop.kept)
+        table = _curve(rig, quantity, grid)
+        k = int(np.argmax(table))
+        best = max(best, (float(table[k]), float(grid[k])))
+        if 0 < k < len(grid) - 1:  # closer to the peak
+            fine = np.linspace(grid[k - 1], grid[k + 1], 21)
+            table = _curve(rig, quantity, fine)
+            best = max(best, (float(table.max()), float(fine[int(np.argmax(table))])))
+    return best
+
+
+def _curve(loop: System, quantity: str, speeds: Array) -> Array:
+    """The quantity's largest value over the magnets at each speed."""
+    response = unbalance_response(loop, speeds)
+    out = np.zeros(len(speeds))
+    for i, m in enumerate(loop.machine.magnets):
+        current = response.peak_currents[:, i]
+        motion = major_axis(response.at(float(m.position)))
+        if quantity == "control_current":
+            values = current
+        elif quantity == "control_current_ratio":
+            values = current / float(m.bias_current)
+        elif quantity == "total_current":
+            values = float(m.bias_current) + current
+        elif quantity == "displacement_ratio":
+            values = motion / float(m.gap if m.clearance is None else m.clearance)
+        elif quantity == "flux_density":
+            values = np.array([float(magnetics.flux_density(m, c, y)) for c, y in zip(current, motion, strict=True)])
+        else:
+            values = np.array(
+                [float(magnetics.voltage(m, s, c, y)) for s, c, y in zip(speeds, current, motion, strict=True)]
+            )
+        out = np.maximum(out, values)
+    return out

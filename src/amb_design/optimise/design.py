@@ -1,0 +1,179 @@
+"""The answer to a design problem, and what it says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from ..analysis.gradient import stability_gradient
+from ..analysis.stability import FOUND as LIMIT_FOUND
+from ..analysis.stability import StabilityLimit
+from ..spec.machine import Machine
+from ..spec.paths import numbers
+from ..spec.problem import DesignProblem, Limit
+from .audit import Audit, audit, stable_up_to
+from .start import FOUND, INFEASIBLE, Outcome
+from .verification import Verified
+
+SUCCESS = "verified optimum"
+UNCONVERGED = "verified, but the search ran out of evaluations"
+REJECTED = "rejected"
+CONFLICT = "infeasible"
+
+ACTIVE = 2e-3
+"""A limit is active if its quantity comes this close to it."""
+
+
+@dataclass(frozen=True)
+class LimitRow:
+    """One limit of a design.
+
+    Attributes
+    ----------
+    quantity, unit : str
+    upper : bool
+    bound : float
+    value : float
+        The worst over scenarios, speeds and both meshes.
+    speed : float or None
+        Where [rad/s].
+    scenario : str
+    active : bool
+    worth : float
+        Relative gain of the objective for each relative unit by which the limit is eased.
+    """
+
+    quantity: str
+    unit: str
+    upper: bool
+    bound: float
+    value: float
+    speed: float | None
+    scenario: str
+    active: bool
+    worth: float
+
+
+@dataclass(frozen=True)
+class Design:
+    """Result of `solve`.
+
+    Attributes
+    ----------
+    problem : DesignProblem
+    best : Verified or None
+        None if no start could be verified.
+    rejected : tuple of Verified
+        Better ranked outcomes that verification refused.
+    outcomes : tuple of Outcome
+        All starts, ranked.
+    seed : int
+    """
+
+    problem: DesignProblem
+    best: Verified | None
+    rejected: tuple[Verified, ...]
+    outcomes: tuple[Outcome, ...]
+    seed: int
+    _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def verified(self) -> bool:
+        """True if every limit holds on the full model and on a twice finer mesh, and stability is certified on both."""
+        return self.best is not None
+
+    @property
+    def status(self) -> str:
+        """"verified optimum", "verified, but the search ran out of evaluations", "rejected" or "infeasible"."""
+        if self.best is None:
+            return REJECTED if self.rejected else CONFLICT
+        return SUCCESS if self.best.outcome.status == FOUND else UNCONVERGED
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Variables in SI units; those of the start if there is no design."""
+        return self.best.outcome.values if self.best else self.problem.start()
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with the design's numbers."""
+        return self.problem.with_values(self.values)
+
+    @property
+    def objective(self) -> float:
+        """Verified value of the objective in SI units; NaN if there is no design."""
+        return self.best.objective if self.best else math.nan
+
+    @property
+    def end(self) -> float:
+        """End of the range of speeds over which all limits hold [rad/s]."""
+        return self.objective if self.problem.seeks_speed else self.problem.top_speed
+
+    @property
+    def stability_limit(self) -> StabilityLimit | None:
+        """Certified stability limit of the machine as drawn; it may lie beyond `end`, where other limits bind."""
+        return self.best.audits[0].stability[""] if self.best else None
+
+    @cached_property
+    def limits(self) -> tuple[LimitRow, ...]:
+        """Every limit with its worst value, those that are worth most first."""
+        if self.best is None:
+            return ()
+        rows = [self._row(c) for c in self.problem.constraints]
+        return tuple(sorted(rows, key=lambda r: (not r.active, -abs(r.worth), r.quantity)))
+
+    def _row(self, c: Limit) -> LimitRow:
+        assert self.best is not None
+        upper = c.kind.upper
+        found = [w for a in self.best.audits if (w := a.worst(c.quantity, upper)) is not None]
+        worst = (max if upper else min)(found, key=lambda f: f.value)
+        near = worst.value / c.bound - 1.0 if upper else 1.0 - worst.value / c.bound
+        weight = sum(a["multiplier"] for a in self.best.outcome.active if a["quantity"] == c.quantity)
+        level = self.objective / self.problem.top_speed if self.problem.seeks_speed else 1.0
+        active = near > -ACTIVE and (weight > 0.0 or near > -0.5 * ACTIVE)
+        return LimitRow(
+            c.quantity,
+            c.kind.unit,
+            upper,
+            c.bound,
+            worst.value,
+            worst.speed,
+            worst.scenario,
+            active,
+            weight / level if active else 0.0,
+        )
+
+    @cached_property
+    def sensitivities(self) -> tuple[tuple[str, float], ...]:
+        """Exact relative derivatives of the stability limit: per cent of speed for a per cent of the number, the largest first.
+
+        Every number of the machine that can be varied by itself is there; angles count per radian. Empty if no mode becomes
+        unstable below the top speed.
+        """
+        limit = self.stability_limit
+        if limit is None or limit.status != LIMIT_FOUND:
+            return ()
+        machine = self.machine
+        values = dict(numbers(machine))
+        out = []
+        for path, slope in stability_gradient(machine, limit.mode).items():
+            size = 1.0 if path.endswith("angle") else abs(float(values[path]))
+            out.append((path, float(slope) * size / limit.speed))
+        return tuple(sorted(out, key=lambda item: -abs(item[1])))
+
+    @cached_property
+    def before(self) -> Audit:
+        """The machine as it was, up to the design's own speed or as far as it is stable."""
+        start = self.problem.start()
+        reach = stable_up_to(audit(self.problem, start, self.problem.top_speed * 1e-6).stability[""])
+        end = self.end if self.best is not None else self.problem.top_speed
+        return audit(self.problem, start, max(min(end, 0.99 * reach), 1e-6 * self.problem.top_speed))
+
+    @property
+    def conflicts(self) -> list[dict[str, Any]]:
+        """Which conditions hold each other back where no start became feasible, of the start that came closest."""
+        worst = self.outcomes[0]
+        return worst.conflicts if worst.status == INFEASIBLE else []

@@ -1,0 +1,325 @@
+"""A design problem at one design: every limited quantity with its derivatives, as rows of an optimisation problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..analysis.modes import WHIRL_FREQUENCY
+from ..analysis.system import Array
+from ..spec.problem import DesignProblem, Limit, Measure, Scenario
+from .coordinates import Coordinates, modal
+from .loop_family import LoopFamily, loop_family
+from .measures import critical, loops, modes, statics, whirl
+from .measures.samples import Samples, joined
+from .state import State
+from .variables import Scaling
+
+FRACTIONS = np.linspace(0.0, 1.0, 13)
+"""Speeds, as fractions of the range, at which eigenvalues are held down; others are added where a check finds violations."""
+
+CHECKED = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+"""Fractions of the range at which sensitivities are held down."""
+
+
+LOWEST = 0.02
+"""Level at which the search for the stability limit begins."""
+
+LOW = 0.25
+"""Fraction of a limit below which a value is taken as it is."""
+
+
+LIGHT = 0.01
+"""Damping ratio in which stability is measured, so that its conditions weigh as much as those of limits."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Conditions g(z) <= 0 with z = (x, level), near one point.
+
+    Attributes
+    ----------
+    values : ndarray, shape (k,)
+        Relative to the limit.
+    slopes : ndarray, shape (k, variables + 1)
+    quantities : tuple of str
+    scenarios : tuple of str
+    places : tuple of str
+    speeds : ndarray, shape (k,)
+    keys : tuple
+        Rows with equal keys at two points may be the same mode or peak...
+    marks : ndarray of complex, shape (k,)
+        ... and are where these agree best.
+    """
+
+    values: Array
+    slopes: Array
+    quantities: tuple[str, ...]
+    scenarios: tuple[str, ...]
+    places: tuple[str, ...]
+    speeds: Array
+    keys: tuple[Any, ...]
+    marks: Array
+
+    @property
+    def worst(self) -> float:
+        """Largest value: positive if a condition is violated."""
+        return float(self.values.max(initial=-np.inf))
+
+
+def _condition(limit: Limit, bound: float, values: Array, slopes: Array) -> tuple[Array, Array, Array]:
+    """Values, slopes and scale of a limit, in a form that is close to linear.
+
+    Resonance peaks grow like one over the damping: 1 - bound/value is then nearly linear in the variables, where value -
+    bound is not.
+    """
+    if not limit.kind.upper:
+        return bound - values, -slopes, np.full(len(values), bound)
+    ratio = values / bound
+    low = ratio < LOW
+    safe = np.where(low, LOW, ratio)
+    bent = np.where(low, 1.0 - 1.0 / LOW + (ratio - LOW) / LOW**2, 1.0 - 1.0 / safe)
+    return bent, slopes / (bound * safe**2)[:, None], np.ones(len(values))
+
+
+class Case:
+    """One scenario of a problem, ready to be evaluated.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    scenario : Scenario or None
+    values : dict of str to float, optional
+        Variables for which the mesh is planned.
+    finer : int
+        Factor on the number of elements.
+    """
+
+    def __init__(
+        self, problem: DesignProblem, scenario: Scenario | None, values: dict[str, float] | None = None, finer: int = 1
+    ):
+        self.problem, self.name = problem, "" if scenario is None else scenario.name
+        self.loops: LoopFamily = loop_family(problem, scenario, values, finer)
+        self.measures: dict[str, Measure] = {c.quantity: c for c in problem.constraints}
+        if not problem.seeks_speed:
+            self.measures[problem.objective.quantity] = problem.objective
+        bounds = {c.quantity: 0.2 * c.bound for c in problem.constraints if c.quantity in whirl.QUANTITIES}
+        self.unbalance = whirl.UnbalanceMeasures(self.loops, bounds) if bounds else None
+        self._complete: Coordinates | None = None
+        self.statics = statics.Statics(self.loops, [m for q, m in self.measures.items() if q in statics.QUANTITIES])
+
+    def state(self, p: Array, modes: int | None = None) -> State:
+        """The design in coordinates of its lowest modes at rest, or in complete ones.
+
+        Parameters
+        ----------
+        p : ndarray
+            SI values of the variables.
+        modes : int, optional
+            Number of modes; complete if left out.
+        """
+        member, n = self.loops.family.at(p), self.loops.displacements
+        speed = 0.5 * self.problem.top_speed
+        if modes is not None and modes < n:
+            return State(member, modal(member, n, speed, modes))
+        if self._complete is None:  # exact whatever the design: made once
+            self._complete = modal(member, n, speed)
+        return State(member, self._complete)
+
+    def samples(
+        self, state: State, end: float, fractions: Array = FRACTIONS, checked: Array = CHECKED
+    ) -> dict[str, Samples]:
+        """All quantities of the problem, and stability.
+
+        Parameters
+        ----------
+        state : State
+        end : float
+            End of the range of speeds [rad/s].
+        fractions, checked : ndarray
+            Fractions of the range for eigenvalues and for sensitivities.
+
+        Returns
+        -------
+        dict of str to Samples
+            By quantity, in SI units and derivatives with respect to the SI values of the variables.
+        """
+        real_form = not self.loops.complex_form
+        found = modes.modes(state, fractions, end, real_form=real_form)
+        out = {"stability": modes.stability(found)}
+        if "decay_rate" in self.measures:
+            out["decay_rate"] = modes.decay(_whirling(found))
+        if "damping_ratio" in self.measures:
+            window = self.measures["damping_ratio"].option("window")
+            chosen = modes.in_window(state.spectra(fractions * end).values, window)
+            out["damping_ratio"] = modes.damping(modes.modes(state, fractions, end, chosen, real_form))
+        if "sensitivity_peak" in self.measures:
+            bound = self._bound("sensitivity_peak")
+            count = len(self.loops.axes)
+            out["sensitivity_peak"] = loops.sensitivity(
+                state, checked, end, count, self.loops.complex_form, 0.2 * bound
+            )
+        if self.unbalance is not None:
+            values = state.spectra(fractions * end).values
+            near = _synchronous(values, fractions * end)
+            out |= self.unbalance.samples(state, end, near)
+        if "separation_margin" in self.measures:
+            service = float(self.problem.machine.operation.service_speed)
+            out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
+        return out | self.statics.samples(state.member.p, end)
+
+    def _bound(self, quantity: str) -> float:
+        measure = self.measures[quantity]
+        return measure.bound if isinstance(measure, Limit) else 1.0
+
+
+def _whirling(found: modes.Modes) -> modes.Modes:
+    keep = np.abs(found.values.imag) > WHIRL_FREQUENCY
+    fields = (found.values, found.slopes, found.rates, found.speeds, found.fractions)
+    return modes.Modes(*(f[keep] for f in fields))
+
+
+def _synchronous(values: Array, speeds: Array) -> Array:
+    """Speeds near which a whirl frequency equals the speed."""
+    out = []
+    for lower, upper in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):
+        mid = (speeds[lower] + speeds[upper]) / 2.0
+        for v in (values[lower], values[upper]):
+            f = np.abs(v.imag)
+            out.append(f[(np.abs(f - mid) <= 0.75 * (speeds[upper] - speeds[lower])) & (np.abs(v.real) < 0.3 * f)])
+    return np.unique(np.round(np.concatenate(out), 3)) if out else np.zeros(0)
+
+
+class Evaluator:
+    """Rows of a design problem over all its scenarios.
+
+    The unknowns are z = (x, level): the variables in the unit cube, and the level of the objective, always to be
+    maximised. For the stability limit the level is the end of the range of speeds over the top speed; for other
+    objectives it is the quantity over its scale, with the sign of what is good.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    values : dict of str to float, optional
+        Variables for which the mesh is planned.
+
+    Attributes
+    ----------
+    fractions, checked : ndarray
+        Fractions of the range of speeds at which eigenvalues and sensitivities are held down.
+    margins : dict of str to float
+        By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
+    eigensolves : dict of int to int
+        Eigendecompositions so far, by size.
+    """
+
+    def __init__(self, problem: DesignProblem, values: dict[str, float] | None = None):
+        self.problem, self.scaling = problem, Scaling(problem.variables)
+        self.cases = [Case(problem, s, values) for s in (None, *problem.cases)]
+        self.limits = {c.quantity: c for c in problem.constraints}
+        self.fractions, self.checked = FRACTIONS, CHECKED
+        self.margins: dict[str, float] = {}
+        self.scale = 1.0
+        self.eigensolves: dict[int, int] = {}
+
+    @property
+    def variables(self) -> int:
+        """Number of design variables."""
+        return len(self.problem.variables)
+
+    def end(self, level: float) -> float:
+        """End of the range of speeds [rad/s]."""
+        return level * self.problem.top_speed if self.problem.seeks_speed else self.problem.top_speed
+
+    def objective(self, level: float) -> float:
+        """The objective in SI units."""
+        if self.problem.seeks_speed:
+            return self.end(level)
+        return -level * self.scale if self.problem.objective.kind.upper else level * self.scale
+
+    def worst(self, x: Array, level: float, modes: int, fractions: Array) -> float:
+        """Largest violation of stability alone: a quick look at a point."""
+        p, end = self.scaling.values(x), self.end(level)
+        out = -np.inf
+        for case in self.cases:
+            state = case.state(p, modes)
+            values = state.spectra(fractions * end).values
+            out = max(out, float((values.real / np.maximum(np.abs(values), WHIRL_FREQUENCY)).max()) / LIGHT)
+            self._count(state)
+        return out
+
+    def start_level(self, x: Array, modes: int | None) -> float:
+        """Level that the objective has at a point; sets the scale of the objective where it is no speed."""
+        if self.problem.seeks_speed:
+            return LOWEST
+        name, upper = self.problem.objective.quantity, self.problem.objective.kind.upper
+        p, found = self.scaling.values(x), []
+        for case in self.cases:
+            found.append(case.samples(case.state(p, modes), self.problem.top_speed)[name].values)
+        value = float(np.concatenate(found).max() if upper else np.concatenate(found).min())
+        self.scale = abs(value) or 1.0
+        return -value / self.scale if upper else value / self.scale
+
+    def rows(self, x: Array, level: float, modes: int | None = None) -> Rows:
+        """All conditions at a design.
+
+        Parameters
+        ----------
+        x : ndarray, shape (variables,)
+            In the unit cube.
+        level : float
+        modes : int, optional
+            Of the rotor at rest that represent it; the full model if left out.
+        """
+        p, rates, end = self.scaling.values(x), self.scaling.rates(x), self.end(level)
+        parts = []
+        for case in self.cases:
+            state = case.state(p, modes)
+            for quantity, samples in case.samples(state, end, self.fractions, self.checked).items():
+                if len(samples):
+                    parts.append(self._rows(case.name, quantity, samples, rates, level))
+            self._count(state)
+        return Rows(
+            np.concatenate([r.values for r in parts]),
+            np.concatenate([r.slopes for r in parts]),
+            tuple(q for r in parts for q in r.quantities),
+            tuple(s for r in parts for s in r.scenarios),
+            tuple(place for r in parts for place in r.places),
+            np.concatenate([r.speeds for r in parts]),
+            tuple(key for r in parts for key in r.keys),
+            np.concatenate([r.marks for r in parts]),
+        )
+
+    def _count(self, state: State) -> None:
+        self.eigensolves[state.size] = self.eigensolves.get(state.size, 0) + state.decompositions
+
+    def _rows(self, scenario: str, quantity: str, samples: Samples, rates: Array, level: float) -> Rows:
+        slopes = np.hstack([samples.slopes * rates, np.zeros((len(samples), 1))])
+        margin = self.margins.get(quantity, 0.0)
+        if self.problem.seeks_speed:
+            slopes[:, -1] = samples.rates * self.problem.top_speed
+        if quantity == "stability":
+            values, slopes, scale = LIGHT * margin - samples.values, -slopes, np.full(len(samples), LIGHT)
+        elif quantity == self.problem.objective.quantity and not self.problem.seeks_speed:
+            # level = -sign quantity/scale, hence sign quantity/scale + level <= 0
+            sign = 1.0 if self.problem.objective.kind.upper else -1.0
+            values, slopes = sign * samples.values + level * self.scale, sign * slopes
+            slopes[:, -1] = self.scale
+            scale = np.full(len(samples), self.scale)
+        else:
+            limit = self.limits[quantity]
+            bound = limit.bound * (1.0 - margin if limit.kind.upper else 1.0 + margin)
+            values, slopes, scale = _condition(limit, bound, samples.values, slopes)
+        count = len(samples)
+        return Rows(
+            values / scale,
+            slopes / scale[:, None],
+            (quantity,) * count,
+            (scenario,) * count,
+            samples.places,
+            samples.speeds,
+            tuple((quantity, scenario, group) for group in samples.groups),
+            samples.marks,
+        )

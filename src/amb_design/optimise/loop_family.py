@@ -1,0 +1,146 @@
+"""The closed loop of a design problem as a family: eigenvalues, sensitivities and unbalance response from one model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ..analysis.system import Array
+from ..model.loop import Pencil, Structure, close, structure
+from ..model.mesh import Mesh, plan
+from ..model.pair import real
+from ..spec.machine import Machine
+from ..spec.paths import find, replace, value
+from ..spec.problem import DesignProblem, Scenario
+from .family import Family
+
+
+@dataclass(frozen=True)
+class LoopFamily:
+    """A machine in terms of the design variables.
+
+    Attributes
+    ----------
+    problem : DesignProblem
+    scenario : Scenario or None
+        The machine as drawn if None.
+    family : Family
+        Inputs (F, G): disturbances added to the sensors. Outputs (C): displacements at the sensors, then control currents,
+        then displacements at the magnets' axes.
+    p : casadi.SX
+        Values of the variables.
+    machine : Machine
+        With expressions in p.
+    plant : Structure
+        In terms of p.
+    axes : tuple of int
+        Magnet of each control loop.
+    pushed : tuple of int
+        Magnet of each axis at which displacements are seen.
+    unbalance : ndarray, shape (states, patterns)
+        Force per squared speed [kg m].
+    """
+
+    problem: DesignProblem
+    scenario: Scenario | None
+    family: Family
+    p: ca.SX
+    machine: Machine
+    plant: Structure
+    axes: tuple[int, ...]
+    pushed: tuple[int, ...]
+    unbalance: Array
+
+    @property
+    def complex_form(self) -> bool:
+        """True if one complex coordinate stands for y and z."""
+        return self.plant.complex_form
+
+    @property
+    def displacements(self) -> int:
+        """Number of displacements at the head of the state."""
+        return self.plant.size
+
+
+def loop_family(
+    problem: DesignProblem, scenario: Scenario | None = None, values: dict[str, float] | None = None, finer: int = 1
+) -> LoopFamily:
+    """Build the model of a design problem.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    scenario : Scenario, optional
+    values : dict of str to float, optional
+        Values of the variables for which the mesh is planned; those of the start if left out.
+    finer : int
+        Factor on the number of elements.
+    """
+    p = ca.SX.sym("p", len(problem.variables))
+    nominal = _scaled(problem.with_values(values or problem.start()), scenario)
+    mesh = plan(nominal)
+    symbolic = _scaled(problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True))), scenario)
+    plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
+    pencil = close(plant)
+    disturb, disturb_rate, outputs = _ports(plant, pencil)
+    parts = {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, "F": disturb, "G": disturb_rate, "C": outputs}
+    return LoopFamily(
+        problem,
+        scenario,
+        Family(p, {name: part if name in ("E", "A0", "A1") else real(ca.SX(part)) for name, part in parts.items()}),
+        p,
+        symbolic,
+        plant,
+        tuple(a.magnet for a in plant.axes if a.chain is not None),
+        tuple(a.magnet for a in plant.axes),
+        _unbalance(problem, scenario, plant, pencil.A0.shape[0]),
+    )
+
+
+def _scaled(machine: Machine, scenario: Scenario | None) -> Machine:
+    if scenario is None:
+        return machine
+    paths = {path: factor for name, factor in scenario.factors for path in find(machine, name)}
+    return replace(machine, {path: factor * value(machine, path) for path, factor in paths.items()})
+
+
+def _ports(plant: Structure, pencil: Pencil) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Where disturbances of the sensors enter, with their rates, and what is looked at."""
+    n, total = plant.size, pencil.A0.shape[0]
+    controlled = [(a, a.chain) for a in plant.axes if a.chain is not None]
+    enter: list[list[ca.SX]] = [[], []]
+    currents, start = [], 2 * n
+    for axis, chain in controlled:
+        k = chain.a.shape[0]
+        push = axis.current_stiffness * axis.actuator
+        below, above = ca.SX(start - 2 * n, 1), ca.SX(total - start - k, 1)
+        for j in (0, 1):
+            enter[j].append(ca.vertcat(ca.SX(n, 1), -push * chain.d[0, j], below, chain.b[:, j], above))
+        row = [-chain.d[0, 0] * axis.sensor.T, -chain.d[0, 1] * axis.sensor.T, below.T, -chain.c, above.T]
+        currents.append(ca.horzcat(*row))
+        start += k
+    sensed = [ca.horzcat(a.sensor.T, ca.SX(1, total - n)) for a, _ in controlled]
+    moved = [ca.horzcat(a.actuator.T, ca.SX(1, total - n)) for a in plant.axes]
+    columns = [ca.horzcat(ca.SX(total, 0), *group) for group in enter]
+    return columns[0], columns[1], ca.vertcat(ca.SX(0, total), *sensed, *currents, *moved)
+
+
+def _unbalance(problem: DesignProblem, scenario: Scenario | None, plant: Structure, total: int) -> Array:
+    """Unbalance forces of all patterns per squared speed."""
+    disks = problem.machine.rotor.disks
+    patterns: list[list[complex]] = [list(map(complex, q.amounts)) for q in problem.patterns]
+    if not patterns and any(d.unbalance for d in disks):
+        patterns = [[d.unbalance * np.exp(1j * d.unbalance_phase) for d in disks]]
+    factor = 1.0 if scenario is None else scenario.unbalance
+    where = {k: i for i, k in enumerate(plant.free)}
+    out = np.zeros((total, len(patterns)), complex)
+    for j, amounts in enumerate(patterns):
+        for i, u in enumerate(amounts):
+            node = plant.mesh.node_of(f"rotor.disks[{i}].position")
+            entries = [(2 * node, u)] if plant.complex_form else [(4 * node, u), (4 * node + 1, -1j * u)]
+            for place, force in entries:
+                if place in where:
+                    out[plant.size + where[place], j] += factor * force
+    return out

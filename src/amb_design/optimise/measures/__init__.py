@@ -1,0 +1,1 @@
+"""Every quantity of a design problem, as values with exact derivatives."""

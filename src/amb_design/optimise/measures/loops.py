@@ -1,0 +1,142 @@
+"""Peak sensitivity of every loop, from the eigenvalues at hand.
+
+The closed loop's response to a disturbance added to a sensor is a sum over its modes, so that a whole table of
+frequencies costs next to nothing once the modes are known; peaks are then refined until they no longer move.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...analysis.sensitivity import CHECKED_TO
+from ...analysis.system import Array
+from ..state import State
+from .samples import Samples, joined, peaks, rpm_text
+
+POINTS = 240
+PEAKS = 8
+"""Peaks that are followed in each loop at each speed."""
+
+ZOOMS = 18
+
+
+def sensitivity(
+    state: State, fractions: Array, end: float, loops: int, complex_form: bool, above: float = 0.0
+) -> Samples:
+    """Peaks of the sensitivity functions.
+
+    Parameters
+    ----------
+    state : State
+    fractions : ndarray, shape (s,)
+        Speeds as fractions of the end of the range.
+    end : float
+        End of the range [rad/s].
+    loops : int
+        Number of control loops.
+    complex_form : bool
+        Then a physical axis sees the mean of the forward and the backward sensitivity.
+    above : float
+        Lower peaks are left out, except for the highest.
+    """
+    found = [
+        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above)
+        for k in range(len(fractions))
+        for j in range(loops)
+    ]
+    return joined(found, state.member.family.parameters)
+
+
+class _View:
+    """Sensitivities at one speed."""
+
+    def __init__(self, state: State, k: int, fractions: Array, end: float, loops: int, complex_form: bool):
+        spectra = state.spectra(fractions * end)
+        self.state, self.fraction, self.speed, self.complex_form = state, fractions[k], fractions[k] * end, complex_form
+        self.values, self.right, self.left = spectra.values[k], spectra.right[k], spectra.left[k]
+        f, g, c = state.ports
+        self.enter, self.rate, self.leave = self.left @ f, self.left @ g, c[:loops] @ self.right
+
+    def complex_at(self, w: Array, loop: int) -> Array:
+        """Sensitivity of a loop at frequencies of either sign."""
+        s = 1j * w[:, None]
+        modes = self.leave[loop] * (self.enter[:, loop] + s * self.rate[:, loop]) / (s - self.values)
+        return np.asarray(1.0 + modes.sum(axis=1))
+
+    def at(self, w: Array, loop: int) -> Array:
+        """Sensitivity of a physical axis at positive frequencies."""
+        ahead = self.complex_at(w, loop)
+        return np.asarray((ahead + self.complex_at(-w, loop).conj()) / 2.0) if self.complex_form else ahead
+
+    def frequency_rates(self, w: Array, loop: int) -> Array:
+        """Derivatives of the complex sensitivity with respect to the frequency."""
+        s = 1j * w[:, None]
+        outer = self.leave[loop] / (s - self.values)
+        inner = self.rate[:, loop] - (self.enter[:, loop] + s * self.rate[:, loop]) / (s - self.values)
+        return np.asarray(1j * (outer * inner).sum(axis=1))
+
+    def slopes(self, w: Array, loop: int) -> tuple[Array, Array]:
+        """Derivatives of the complex sensitivity with respect to variables and speed."""
+        s = 1j * w[:, None]
+        inner = (self.enter[:, loop] + s * self.rate[:, loop]) / (s - self.values)
+        outer = self.leave[loop] / (s - self.values)
+        x, y = inner @ self.right.T, outer @ self.left
+        full_x, full_y = self.state.lifted(x, y)
+        speeds = np.full(len(w), self.speed)
+        slopes = self.state.forms(full_y, full_x, 1j * w, speeds)
+        member = self.state.member
+        unit = np.zeros((len(w), member.family.shapes["F"][1]))
+        unit[:, loop] = 1.0
+        slopes = slopes + member.form("F", full_y, unit) + s * member.form("G", full_y, unit)
+        row = np.zeros((len(w), member.family.shapes["C"][0]))
+        row[:, loop] = 1.0
+        slopes = slopes + member.form("C", row, full_x)
+        return slopes, self.fraction * np.einsum("ki,ij,kj->k", y, self.state.a1, x)
+
+
+def _peaks(view: _View, loop: int, above: float) -> Samples:
+    top = max(CHECKED_TO, 3.0 * view.speed)
+    near = np.abs(view.values.imag)
+    width = np.abs(view.values.real)
+    around = np.concatenate([near, near - width, near + width])
+    grid = np.unique(np.concatenate([np.geomspace(1e-4 * top, top, POINTS), around[(around > 1e-4 * top) & (around < top)]]))
+    size = np.abs(view.at(grid, loop))
+    found = peaks(size)
+    found = found[np.argsort(-size[found])][:PEAKS]
+    found = found[(size[found] >= above) | (np.arange(len(found)) == 0)]
+    lower, upper = grid[np.maximum(found - 1, 0)], grid[np.minimum(found + 1, len(grid) - 1)]
+    w = zoomed(lambda x: np.abs(view.at(x.ravel(), loop)).reshape(x.shape), lower, upper, ZOOMS)
+    value = view.at(w, loop)
+    slopes, rates = view.slopes(w, loop)
+    # A peak stays where the derivative is zero, but at the end of the frequencies it moves with that end.
+    moves = 3.0 * view.fraction * ((w >= top * (1.0 - 1e-9)) & (top > CHECKED_TO))
+    rates = rates + moves * view.frequency_rates(w, loop)
+    if view.complex_form:
+        back, back_rates = view.slopes(-w, loop)
+        back_rates = back_rates - moves * view.frequency_rates(-w, loop)
+        slopes, rates = (slopes + back.conj()) / 2.0, (rates + back_rates.conj()) / 2.0
+    turn = value.conj() / np.abs(value)
+    where = tuple(f"loop {loop} at {x / (2.0 * np.pi):.4g} Hz, {rpm_text(view.speed)}" for x in w)
+    speeds, groups = np.full(len(w), view.speed), (f"{view.fraction} {loop}",) * len(w)
+    return Samples(np.abs(value), (turn[:, None] * slopes).real, (turn * rates).real, where, speeds, groups, w + 0j)
+
+
+def zoomed(function, lower: Array, upper: Array, rounds: int) -> Array:  # type: ignore[no-untyped-def]
+    """Places of maxima between bounds, by closing in on the best of a few points.
+
+    Parameters
+    ----------
+    function : callable
+        Values for an array of shape (k, points).
+    lower, upper : ndarray, shape (k,)
+    rounds : int
+        Each halves the intervals.
+    """
+    spread = np.linspace(0.0, 1.0, 5)
+    for _ in range(rounds):
+        x = lower[:, None] + (upper - lower)[:, None] * spread
+        best = np.argmax(function(x), axis=1)
+        k = np.arange(len(x))
+        lower, upper = x[k, np.maximum(best - 1, 0)], x[k, np.minimum(best + 1, 4)]
+    x = lower[:, None] + (upper - lower)[:, None] * spread
+    return np.asarray(x[np.arange(len(x)), np.argmax(function(x), axis=1)])

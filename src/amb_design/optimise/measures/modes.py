@@ -1,0 +1,124 @@
+"""Stability and damping: eigenvalues over the range of speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...analysis.modes import WHIRL_FREQUENCY
+from ...analysis.system import Array
+from ..state import State
+from .samples import Samples, rpm_text
+
+KEPT = 12
+"""Modes nearest to the limit that are followed at each speed."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The least damped modes at several speeds, with derivatives.
+
+    Attributes
+    ----------
+    values : ndarray of complex, shape (k,)
+    slopes : ndarray of complex, shape (k, variables)
+    rates : ndarray of complex, shape (k,)
+        With respect to the end of the range.
+    speeds : ndarray, shape (k,)
+    fractions : ndarray, shape (k,)
+        Of the end of the range.
+    """
+
+    values: Array
+    slopes: Array
+    rates: Array
+    speeds: Array
+    fractions: Array
+
+    def samples(self, values: Array, slopes: Array, rates: Array) -> Samples:
+        """Samples of a function of these modes."""
+        places = tuple(mode_text(v, s) for v, s in zip(self.values, self.speeds, strict=True))
+        return Samples(values, slopes, rates, places, self.speeds, tuple(map(str, self.fractions)), self.values)
+
+
+def modes(state: State, fractions: Array, end: float, chosen: Array | None = None, real_form: bool = False) -> Modes:
+    """The modes nearest to instability, relative to their frequency.
+
+    Parameters
+    ----------
+    state : State
+    fractions : ndarray, shape (s,)
+        Speeds as fractions of the end of the range.
+    end : float
+        End of the range [rad/s].
+    chosen : ndarray of bool, shape (s, m), optional
+        Which eigenvalues may be kept; all if left out.
+    real_form : bool
+        Of conjugate pairs only one is kept.
+    """
+    spectra = state.spectra(fractions * end)
+    order = spectra.values.real / np.maximum(np.abs(spectra.values), WHIRL_FREQUENCY)
+    if real_form:
+        order = np.where(spectra.values.imag < 0.0, -np.inf, order)
+    if chosen is not None:
+        order = np.where(chosen, order, -np.inf)
+    kept = np.argsort(-order, axis=1)[:, :KEPT]
+    at = np.repeat(np.arange(len(fractions)), kept.shape[1])
+    index = kept.ravel()
+    real = np.isfinite(order[at, index])
+    at, index = at[real], index[real]
+    values, speeds = spectra.values[at, index], spectra.speeds[at]
+    slopes, rates = state.eigenvalue_slopes(values, speeds, spectra.right[at, :, index], spectra.left[at, index, :])
+    return Modes(values, slopes, rates * fractions[at], speeds, fractions[at])
+
+
+def mode_text(value: complex, speed: float) -> str:
+    """A mode in words."""
+    if abs(value.imag) <= WHIRL_FREQUENCY:
+        return f"real pole {value.real:.3g} 1/s at {rpm_text(speed)}"
+    return f"mode at {abs(value.imag) / (2.0 * np.pi):.4g} Hz, {rpm_text(speed)}"
+
+
+def stability(found: Modes) -> Samples:
+    """Decay rates over the modes' frequencies, whose own derivatives are left out: what counts is the sign.
+
+    Parameters
+    ----------
+    found : Modes
+    """
+    size = np.maximum(np.abs(found.values), WHIRL_FREQUENCY)
+    return found.samples(
+        -found.values.real / size, -found.slopes.real / size[:, None], -found.rates.real / size
+    )
+
+
+def decay(found: Modes) -> Samples:
+    """Decay rates -Re lambda [1/s].
+
+    Parameters
+    ----------
+    found : Modes
+    """
+    return found.samples(-found.values.real, -found.slopes.real, -found.rates.real)
+
+
+def damping(found: Modes) -> Samples:
+    """Damping ratios -Re lambda/abs(lambda).
+
+    Parameters
+    ----------
+    found : Modes
+    """
+    v = found.values
+    size = np.maximum(np.abs(v), 1e-300)
+    weight = 1.0 / size - v.real * v.conj() / size**3  # d(-Re v/abs(v)) = -Re(weight dv)
+    return found.samples(
+        -v.real / size, -(weight[:, None] * found.slopes).real, -(weight * found.rates).real
+    )
+
+
+def in_window(values: Array, window: tuple[float, float]) -> Array:
+    """Which eigenvalues whirl within a window of frequencies."""
+    frequency = np.abs(values.imag)
+    return np.asarray((frequency >= max(window[0], WHIRL_FREQUENCY)) & (frequency <= window[1]))

@@ -1,0 +1,75 @@
+"""What a measure returns: values of one quantity at the places that matter, with exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...analysis.system import Array
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Values of a quantity.
+
+    Attributes
+    ----------
+    values : ndarray, shape (k,)
+        In the quantity's SI unit.
+    slopes : ndarray, shape (k, variables)
+        Derivatives with respect to the variables.
+    rates : ndarray, shape (k,)
+        Derivatives with respect to the end of the range of speeds.
+    places : tuple of str
+        Where each value is found, in words.
+    speeds : ndarray, shape (k,)
+        Spin speed of each value [rad/s]; NaN where it has none.
+    groups : tuple of str
+        Values of the same group at two designs may be the same mode or peak...
+    marks : ndarray of complex, shape (k,)
+        ... and are where these agree best: the eigenvalue, frequency or speed.
+    """
+
+    values: Array
+    slopes: Array
+    rates: Array
+    places: tuple[str, ...]
+    speeds: Array
+    groups: tuple[str, ...]
+    marks: Array
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def joined(samples: Sequence[Samples], variables: int) -> Samples:
+    """All samples of several lots.
+
+    Parameters
+    ----------
+    samples : sequence of Samples
+    variables : int
+        Number of variables, for the shape where there are no samples.
+    """
+    return Samples(
+        np.concatenate([np.zeros(0), *[s.values for s in samples]]),
+        np.concatenate([np.zeros((0, variables)), *[s.slopes for s in samples]]),
+        np.concatenate([np.zeros(0), *[s.rates for s in samples]]),
+        tuple(place for s in samples for place in s.places),
+        np.concatenate([np.zeros(0), *[s.speeds for s in samples]]),
+        tuple(group for s in samples for group in s.groups),
+        np.concatenate([np.zeros(0, complex), *[s.marks for s in samples]]),
+    )
+
+
+def rpm_text(speed: float) -> str:
+    """A speed for tables."""
+    return f"{speed * 30.0 / np.pi:.0f} rpm"
+
+
+def peaks(values: Array) -> Array:
+    """Indices of the local maxima of a table, its ends included."""
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    return np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))

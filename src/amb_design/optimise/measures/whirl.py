@@ -1,0 +1,195 @@
+"""What the residual unbalance asks of magnets and amplifiers, over the range of speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ...analysis.system import Array
+from ...model import magnet as magnetics
+from ..loop_family import LoopFamily
+from ..state import State
+from .samples import Samples, joined, peaks, rpm_text
+
+POINTS = 72
+ZOOMS = 10
+PEAKS = 3
+
+QUANTITIES = ("control_current", "control_current_ratio", "total_current", "flux_density", "voltage", "displacement_ratio")
+
+
+class Magnets:
+    """Quantities of each magnet as functions of its amplitudes of current and displacement.
+
+    Parameters
+    ----------
+    loops : LoopFamily
+    quantities : sequence of str
+    """
+
+    def __init__(self, loops: LoopFamily, quantities: Sequence[str]):
+        self.quantities = tuple(quantities)
+        current, motion, speed = (ca.SX.sym(name) for name in ("current", "motion", "speed"))
+        self._functions = []
+        for magnet in loops.machine.magnets:
+            formulas = {
+                "control_current": lambda m: current,
+                "control_current_ratio": lambda m: current / m.bias_current,
+                "total_current": lambda m: m.bias_current + current,
+                "flux_density": lambda m: magnetics.flux_density(m, current, motion),
+                "voltage": lambda m: magnetics.voltage(m, speed, current, motion),
+                "displacement_ratio": lambda m: motion / (m.gap if m.clearance is None else m.clearance),
+            }
+            out = ca.vertcat(*[formulas[q](magnet) for q in self.quantities])
+            inputs = ca.vertcat(current, motion, speed)
+            args = [loops.p, current, motion, speed]
+            self._functions.append(ca.Function("magnet", args, [out, ca.jacobian(out, inputs), ca.jacobian(out, loops.p)]))
+
+    def at(self, magnet: int, p: Array, current: Array, motion: Array, speed: Array) -> tuple[Array, Array, Array]:
+        """Values (q, k), their derivatives to current, motion and speed (q, k, 3), and to the variables (q, k, n)."""
+        k, q = len(current), len(self.quantities)
+        f = self._functions[magnet].map(k)
+        values, inner, outer = f(np.tile(p[:, None], k), current[None], motion[None], speed[None])
+        shaped = lambda m, width: m.full().reshape(q, k, width)  # noqa: E731
+        return values.full(), shaped(inner, 3), shaped(outer, len(p))
+
+
+@dataclass(frozen=True)
+class _Whirl:
+    """Steady response at some speeds: states (k, m) of each pattern, amplitudes of currents and motions of a magnet."""
+
+    speeds: Array
+    states: Array
+
+
+class UnbalanceMeasures:
+    """Samples of all quantities that the residual unbalance drives.
+
+    Parameters
+    ----------
+    loops : LoopFamily
+    bounds : dict of str to float
+        Quantity and the value below which it need not be followed.
+    """
+
+    def __init__(self, loops: LoopFamily, bounds: dict[str, float]):
+        self.loops, self.bounds = loops, bounds
+        self.magnets = Magnets(loops, tuple(bounds))
+
+    def samples(self, state: State, end: float, near: Array, points: int = POINTS, zooms: int = ZOOMS) -> dict[str, Samples]:
+        """The highest peaks up to the end of the range, and the values at its end.
+
+        Parameters
+        ----------
+        state : State
+        end : float
+            End of the range [rad/s].
+        near : ndarray
+            Speeds close to which peaks may lie [rad/s].
+        points, zooms : int
+            Fineness of the search.
+        """
+        inside = near[(near > 0.01 * end) & (near < end)]
+        grid = np.unique(np.concatenate([np.linspace(0.0, end, points + 1)[1:], inside]))
+        force = state.lower @ self.loops.unbalance
+        table = self._respond(state, grid, force)
+        out: dict[str, list[Samples]] = {q: [] for q in self.bounds}
+        for j in range(force.shape[1]):
+            for i in range(len(self.loops.machine.magnets)):
+                values, _, _ = self._quantities(state, i, grid, table[:, :, j])
+                for k, name in enumerate(self.bounds):
+                    chosen = self._refined(state, i, k, j, grid, values[k], force, self.bounds[name], zooms)
+                    out[name].append(self._sample(state, i, k, j, chosen, force, end))
+        n = state.member.family.parameters
+        return {name: joined(found, n) for name, found in out.items()}
+
+    def _respond(self, state: State, speeds: Array, force: Array) -> Array:
+        """States under unit patterns, shape (speeds, m, patterns)."""
+        matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
+        return np.linalg.solve(matrices, speeds[:, None, None] ** 2 * force)
+
+    def _amplitudes(self, state: State, magnet: int, states: Array) -> list[tuple[Array, Array]]:
+        """Current and motion of a magnet, each with the weights w of its derivative Re(w dC x); weights are over C's rows."""
+        loops, outputs = self.loops, state.ports[2]
+        y = states @ outputs.T
+        first = 2 * len(loops.axes)
+        controlled = [k for k, m in enumerate(loops.axes) if m == magnet]
+        moved = [first + k for k, m in enumerate(loops.pushed) if m == magnet]
+        zero = np.zeros(len(states)), np.zeros((len(states), len(outputs)), complex)
+        return [
+            self._largest(y, [len(loops.axes) + k for k in controlled]) if controlled else zero,
+            self._orbit(y, moved),
+        ]
+
+    @staticmethod
+    def _largest(y: Array, rows: list[int]) -> tuple[Array, Array]:
+        size = np.abs(y[:, rows])
+        best = np.array(rows)[np.argmax(size, axis=1)]
+        k = np.arange(len(y))
+        weights = np.zeros(y.shape, complex)
+        weights[k, best] = y[k, best].conj() / np.maximum(np.abs(y[k, best]), 1e-300)
+        return size.max(axis=1), weights
+
+    @staticmethod
+    def _orbit(y: Array, rows: list[int]) -> tuple[Array, Array]:
+        """Largest radius: of a complex coordinate its modulus, of two real ones the sum of their circular parts."""
+        weights = np.zeros(y.shape, complex)
+        if len(rows) == 1:
+            weights[:, rows[0]] = y[:, rows[0]].conj() / np.maximum(np.abs(y[:, rows[0]]), 1e-300)
+            return np.abs(y[:, rows[0]]), weights
+        v, w = y[:, rows[0]], y[:, rows[1]]
+        total = np.zeros(len(y))
+        for sign in (1.0, -1.0):
+            part = (v + sign * 1j * w) / 2.0
+            turn = part.conj() / np.maximum(np.abs(part), 1e-300) / 2.0
+            total = total + np.abs(part)
+            weights[:, rows[0]] += turn
+            weights[:, rows[1]] += sign * 1j * turn
+        return total, weights
+
+    def _quantities(self, state: State, magnet: int, speeds: Array, states: Array) -> tuple[Array, Array, Array]:
+        (current, _), (motion, _) = self._amplitudes(state, magnet, states)
+        return self.magnets.at(magnet, state.member.p, current, motion, speeds)
+
+    def _refined(
+        self, state: State, magnet: int, k: int, j: int, grid: Array, values: Array, force: Array, above: float, zooms: int
+    ) -> Array:
+        """Speeds of the highest peaks, and the end of the range."""
+        found = peaks(values)
+        found = found[found < len(grid) - 1]
+        found = found[np.argsort(-values[found])][:PEAKS]
+        found = found[values[found] >= above]
+        lower, upper = grid[np.maximum(found - 1, 0)], grid[found + 1]
+        for _ in range(zooms if len(found) else 0):
+            x = lower[:, None] + (upper - lower)[:, None] * np.linspace(0.0, 1.0, 5)
+            states = self._respond(state, x.ravel(), force[:, j : j + 1])[:, :, 0]
+            best = np.argmax(self._quantities(state, magnet, x.ravel(), states)[0][k].reshape(x.shape), axis=1)
+            rows = np.arange(len(x))
+            lower, upper = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, 4)]
+        return np.append((lower + upper) / 2.0, grid[-1])
+
+    def _sample(self, state: State, magnet: int, k: int, j: int, speeds: Array, force: Array, end: float) -> Samples:
+        f, member = force[:, j], state.member
+        states = self._respond(state, speeds, force[:, j : j + 1])[:, :, 0]
+        amplitudes = self._amplitudes(state, magnet, states)
+        values, inner, outer = self.magnets.at(magnet, member.p, amplitudes[0][0], amplitudes[1][0], speeds)
+        weights = sum(inner[k, :, i, None] * amplitudes[i][1] for i in (0, 1))
+        matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
+        adjoint = np.linalg.solve(matrices.transpose(0, 2, 1), (weights @ state.ports[2])[:, :, None])[:, :, 0]
+        x, y = state.lifted(states, adjoint)
+        slopes = state.forms(y, x, 1j * speeds, speeds) + member.form("C", weights, x)
+        to_end = np.einsum("ki,ij,kj->k", adjoint, state.a1, states) - 1j * np.einsum("ki,ki->k", adjoint, states)
+        to_end = (to_end + 2.0 * speeds * (adjoint @ f)).real + inner[k, :, 2]
+        where = tuple(
+            f"magnets[{magnet}], {self._pattern(j)}, {rpm_text(s)}" for s in speeds
+        )
+        groups = tuple(f"{magnet} {j} {'end' if s == end else 'peak'}" for s in speeds)
+        rates = np.where(speeds == end, to_end, 0.0)
+        return Samples(values[k], slopes.real + outer[k], rates, where, speeds, groups, speeds + 0j)
+
+    def _pattern(self, j: int) -> str:
+        patterns = self.loops.problem.patterns
+        return patterns[j].name if patterns else "own unbalance"

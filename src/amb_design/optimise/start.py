@@ -1,0 +1,213 @@
+"""One start of a search: a stable point first, then few modes, then the full model."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..analysis.system import Array
+from ..spec.problem import DesignProblem
+from .evaluation import Evaluator, Rows
+from .search import Settings, Trace, search
+
+FOUND = "optimum"
+INFEASIBLE = "infeasible"
+UNFINISHED = "out of evaluations"
+
+MODES = 16
+"""Modes at rest that represent the rotor while the search is far from its goal."""
+
+LOOKED_AT = 24
+"""Random points that are looked at for each start."""
+
+QUICK = np.array([0.0, 0.5, 1.0])
+"""Fractions of the range of speeds at which a random point is looked at."""
+
+COMMON = 0.3
+"""Level at which random points are compared."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a start may take, in evaluations of all conditions.
+
+    Attributes
+    ----------
+    feasible : int
+        To reach a point within the limits.
+    coarse : int
+        On few modes.
+    fine : int
+        On the full model.
+    """
+
+    feasible: int = 60
+    coarse: int = 60
+    fine: int = 30
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one start arrived at.
+
+    Attributes
+    ----------
+    index : int
+    status : {"optimum", "out of evaluations", "infeasible"}
+    values : mapping of str to float
+        Variables in SI units.
+    objective : float
+        In SI units; for infeasible starts that of the point with the least violation.
+    violation : float
+        Largest violation of any condition, relative to its limit.
+    conflicts : list of dict
+        For infeasible starts the conditions that hold each other back: quantity, scenario, place, violation, weight.
+    active : list of dict
+        Conditions that hold the optimum: quantity, scenario, place, speed, multiplier (gain of the objective, relative to the
+        range of the search, for each relative unit of the limit).
+    history : list of [int, float, float]
+        Eigendecompositions so far, objective, violation.
+    eigensolves : mapping of str to int
+        Eigendecompositions by size.
+    cpu_seconds : float
+    """
+
+    index: int
+    status: str
+    values: Mapping[str, float]
+    objective: float
+    violation: float
+    conflicts: list[dict[str, Any]] = field(default_factory=list)
+    active: list[dict[str, Any]] = field(default_factory=list)
+    history: list[list[float]] = field(default_factory=list)
+    eigensolves: Mapping[str, int] = field(default_factory=dict)
+    cpu_seconds: float = 0.0
+
+    def document(self) -> dict[str, Any]:
+        """The outcome as data."""
+        return asdict(self)
+
+
+class Starter:
+    """Runs starts of one problem.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    effort : Effort
+    """
+
+    def __init__(self, problem: DesignProblem, effort: Effort | None = None):
+        self.problem, self.effort = problem, effort or Effort()
+        self.evaluator = Evaluator(problem)
+        self._history: list[list[float]] = []
+
+    def run(self, seed: int, index: int) -> Outcome:
+        """One start.
+
+        Parameters
+        ----------
+        seed : int
+        index : int
+            Start 0 begins at the machine as it is, others at the best of a few random points.
+        """
+        clock = time.process_time()
+        self.evaluator.eigensolves, self._history = {}, []
+        x = self._first(seed, index)
+        settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
+        level = self.evaluator.start_level(x, MODES)
+        low = level if self.problem.seeks_speed else -1e3
+        trace = self._search(x, low, Settings(steps=self.effort.feasible, highest=settings.highest), MODES, frozen=True)
+        if trace.rows.worst > settings.tolerance:
+            return self._outcome(index, trace, INFEASIBLE, clock)
+        level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, MODES)
+        coarse = Settings(steps=self.effort.coarse, progress=1e-4, highest=settings.highest, level_radius=self._reach)
+        trace = self._search(trace.x, level, coarse, MODES)
+        return self.polished(index, trace.x, trace.level, clock)
+
+    @property
+    def _reach(self) -> float:
+        return 2.0 if self.problem.seeks_speed else 20.0
+
+    def polished(self, index: int, x: Array, level: float, clock: float | None = None, radius: float = 0.03) -> Outcome:
+        """Search on the full model, from a point near its optimum.
+
+        Parameters
+        ----------
+        index : int
+        x : ndarray
+        level : float
+        clock : float, optional
+            When the start began, in CPU time.
+        radius : float
+            First trust region.
+        """
+        clock = time.process_time() if clock is None else clock
+        highest = 1.0 if self.problem.seeks_speed else np.inf
+        fine = Settings(steps=self.effort.fine, radius=radius, highest=highest, level_radius=self._reach)
+        trace = self._search(x, level, fine, None)
+        feasible = trace.rows.worst <= 100.0 * fine.tolerance
+        status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
+        return self._outcome(index, trace, status, clock)
+
+    def _first(self, seed: int, index: int) -> Array:
+        if index == 0:
+            return self.evaluator.scaling.point(np.array(list(self.problem.start().values())))
+        points = np.random.default_rng([seed, index]).random((LOOKED_AT, self.evaluator.variables))
+        seen = [self.evaluator.worst(x, COMMON, MODES, QUICK) for x in points]
+        return np.asarray(points[int(np.argmin(seen))])
+
+    def _search(self, x: Array, level: float, settings: Settings, modes: int | None, frozen: bool = False) -> Trace:
+        ev = self.evaluator
+
+        def evaluate(x: Array, level: float) -> Rows:
+            rows = ev.rows(x, level, modes)
+            if not frozen:
+                spent = sum(ev.eigensolves.values())
+                self._history.append([spent, ev.objective(level), rows.worst])
+            return rows
+
+        return search(evaluate, x, level, settings, frozen)
+
+    def _outcome(self, index: int, trace: Trace, status: str, clock: float) -> Outcome:
+        ev, rows = self.evaluator, trace.rows
+        held = _held(rows, trace.multipliers)
+        return Outcome(
+            index,
+            status,
+            dict(zip([v.name for v in self.problem.variables], ev.scaling.values(trace.x).tolist(), strict=True)),
+            ev.objective(trace.level),
+            max(rows.worst, 0.0),
+            conflicts=held if status == INFEASIBLE else [],
+            active=[] if status == INFEASIBLE else held,
+            history=self._history,
+            eigensolves={str(k): n for k, n in sorted(ev.eigensolves.items())},
+            cpu_seconds=time.process_time() - clock,
+        )
+
+
+def _held(rows: Rows, multipliers: Array) -> list[dict[str, Any]]:
+    """Conditions with multipliers, the heaviest of each quantity and scenario first."""
+    out: dict[tuple[str, str], dict[str, Any]] = {}
+    if not len(multipliers):
+        return []
+    for i in np.argsort(-multipliers):
+        if multipliers[i] <= 1e-6 * max(multipliers.max(), 1e-12):
+            break
+        key = rows.quantities[i], rows.scenarios[i]
+        if key in out:
+            out[key]["multiplier"] += float(multipliers[i])
+            continue
+        out[key] = {
+            "quantity": key[0],
+            "scenario": key[1],
+            "place": rows.places[i],
+            "speed": None if np.isnan(rows.speeds[i]) else float(rows.speeds[i]),
+            "value": float(rows.values[i]),
+            "multiplier": float(multipliers[i]),
+        }
+    return list(out.values())

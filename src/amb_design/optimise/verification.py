@@ -1,0 +1,161 @@
+"""No design is returned before it has been looked at with fresh eyes, on its own mesh and on a twice finer one."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spec.problem import DesignProblem
+from .audit import Audit, audit, stable_up_to
+from .start import INFEASIBLE, Outcome, Starter
+
+TOLERANCE = 1e-6
+"""Relative excess over a limit that counts as rounding."""
+
+MARGIN = 1e-4
+"""By how much the search tightens every limit from the beginning, for what a finer mesh may add."""
+
+ROUNDS = 4
+"""How often a design that fails is refined."""
+
+RETREATS = (0.9995, 0.998, 0.99, 0.97)
+"""Last resort: shorter ranges of speed for a design that fails at the end of its own."""
+
+
+@dataclass(frozen=True)
+class Excess:
+    """A limit that an audit found violated.
+
+    Attributes
+    ----------
+    quantity, scenario : str
+    excess : float
+        Relative to the bound.
+    speed : float or None
+    """
+
+    quantity: str
+    scenario: str
+    excess: float
+    speed: float | None
+
+
+@dataclass(frozen=True)
+class Verified:
+    """An outcome that holds, or the reasons why it does not.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        Possibly refined.
+    objective : float
+        As verified, in SI units.
+    audits : tuple of Audit
+        On the design's own mesh and on a twice finer one.
+    excesses : tuple of Excess
+        Empty if the design holds.
+    rounds : int
+        How often it was refined.
+    """
+
+    outcome: Outcome
+    objective: float
+    audits: tuple[Audit, ...]
+    excesses: tuple[Excess, ...]
+    rounds: int
+
+    @property
+    def passed(self) -> bool:
+        """True if every limit holds on both meshes and the stability is certified."""
+        return not self.excesses
+
+
+def excesses(problem: DesignProblem, found: Audit) -> list[Excess]:
+    """Limits that an audit found violated.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    found : Audit
+    """
+    out = []
+    for name, limit in found.stability.items():
+        reach = stable_up_to(limit)
+        if reach < found.end * (1.0 - TOLERANCE) or not limit.certified:
+            out.append(Excess("stability", name, 1.0 - reach / found.end, reach))
+    bounds = {c.quantity: c for c in problem.constraints}
+    for f in found.findings:
+        if f.quantity not in bounds:
+            continue
+        c = bounds[f.quantity]
+        excess = f.value / c.bound - 1.0 if c.kind.upper else 1.0 - f.value / c.bound
+        if not excess <= TOLERANCE:
+            out.append(Excess(f.quantity, f.scenario, float(excess), f.speed))
+    return out
+
+
+def verify(starter: Starter, outcome: Outcome) -> Verified:
+    """Verify an outcome, and refine it while it fails.
+
+    Parameters
+    ----------
+    starter : Starter
+        Of its problem; its evaluator's margins and speeds grow with what is found.
+    outcome : Outcome
+    """
+    problem, ev = starter.problem, starter.evaluator
+    for rounds in range(ROUNDS + 1):
+        audits, found = _audits(problem, outcome, outcome.objective)
+        if not found or rounds == ROUNDS:
+            break
+        for e in found:
+            _tighten(starter, e, audits[0].end)
+        x = ev.scaling.point(np.array(list(outcome.values.values())))
+        level = _level(starter, outcome.objective)
+        again = starter.polished(outcome.index, x, level, radius=0.01)
+        if again.status == INFEASIBLE:
+            break
+        outcome = dataclasses.replace(
+            again,
+            history=[*outcome.history, *again.history],
+            cpu_seconds=outcome.cpu_seconds + again.cpu_seconds,
+            eigensolves=again.eigensolves,
+        )
+    objective = outcome.objective
+    for factor in RETREATS if found and problem.seeks_speed else ():
+        shorter, fewer = _audits(problem, outcome, factor * outcome.objective)
+        if not fewer:
+            audits, found, objective = shorter, [], factor * outcome.objective
+            break
+    if not problem.seeks_speed:
+        upper = problem.objective.kind.upper
+        values = [w.value for a in audits if (w := a.worst(problem.objective.quantity, upper)) is not None]
+        objective = (max if upper else min)(values)
+    return Verified(outcome, objective, tuple(audits), tuple(found), rounds)
+
+
+def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
+    end = objective if problem.seeks_speed else problem.top_speed
+    audits = [audit(problem, outcome.values, end, finer) for finer in (1, 2)]
+    return audits, [e for a in audits for e in excesses(problem, a)]
+
+
+def _tighten(starter: Starter, e: Excess, end: float) -> None:
+    """Hold the violated quantity down at the speed where it was found, and a little further than before."""
+    ev = starter.evaluator
+    fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))
+    if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
+        ev.fractions = np.unique(np.append(ev.fractions, fraction))
+    if fraction is not None and e.quantity == "sensitivity_peak":
+        ev.checked = np.unique(np.append(ev.checked, fraction))
+    if e.excess < 0.05:  # larger ones come from speeds that were not looked at, and are mended by looking there
+        ev.margins[e.quantity] = ev.margins.get(e.quantity, 0.0) + 1.5 * e.excess + 1e-6
+
+
+def _level(starter: Starter, objective: float) -> float:
+    problem, ev = starter.problem, starter.evaluator
+    if problem.seeks_speed:
+        return objective / problem.top_speed
+    return -objective / ev.scale if problem.objective.kind.upper else objective / ev.scale

@@ -1,0 +1,205 @@
+"""Problem files: a machine, what is free in it, what is sought, and which limits hold.
+
+A problem file is TOML data; nothing in it is executed. Numbers are SI, or strings with a unit. Paths into the machine are
+keys in quotes and may be short. A file has
+
+- ``format``, ``name`` and a table ``[source]`` of texts, all mandatory, and perhaps a ``question``;
+- ``machine`` and ``machine_variant``: where the design starts; the ``machine.toml`` beside the file if left out;
+- ``[changes]``: numbers of the machine that are replaced before the design starts;
+- ``maximise`` or ``minimise``: a quantity, or a table with ``quantity`` and its options; ``speed`` ends the range of speeds;
+- ``[free]``: bounds by path; ``[ties]``: numbers that follow free ones;
+- ``[limits]``: bounds by quantity; ``[unbalance]``: residual unbalances; ``[scenarios.NAME]``: factors by path;
+- ``[variants.NAME]``: the same problem with changes, as in machine files.
+
+Whatever is wrong with a file is reported as a SpecError of one sentence.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from ..errors import SpecError
+from .files import PROBLEM_FILE, START, locate, start_machine
+from .machine import Machine
+from .paths import find, metadata
+from .problem import DesignProblem
+from .quantities import QUANTITIES
+from .tables import as_table, by_path, closest, inside, quoted, si_number, texts
+from .toml import Tables, read, read_variants, text_of
+
+KEYS = (
+    *("format", "name", "question", "source", *START, "maximise", "minimise", "speed"),
+    *("free", "ties", "limits", "unbalance", "scenarios", "variants"),
+)
+
+
+def load_problem(path_or_name: str | os.PathLike[str], variant: str | None = None) -> DesignProblem:
+    """Read a design problem.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A problem file, a folder with a ``problem.toml``, or the name of a packaged problem.
+    variant : str, optional
+        Name of one of the file's variants; the problem itself if left out.
+
+    Returns
+    -------
+    DesignProblem
+
+    Raises
+    ------
+    SpecError
+        If there is no such file or anything in it, or in the file of its machine, is wrong.
+    """
+    path = locate(path_or_name, (PROBLEM_FILE,))
+    return loads_problem(text_of(path), variant, str(path), path.parent)
+
+
+def load_problem_variants(path_or_name: str | os.PathLike[str]) -> dict[str, DesignProblem]:
+    """Read all variants of a design problem.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        As in `load_problem`.
+
+    Returns
+    -------
+    dict of str to DesignProblem
+        By the variants' names, in the order of the file; a file without variants gives its one problem under the
+        problem's name.
+
+    Raises
+    ------
+    SpecError
+        If there is no such file or anything in it, the problem without variants included, is wrong.
+    """
+    path = locate(path_or_name, (PROBLEM_FILE,))
+    return read_variants(text_of(path), str(path), partial(_problem, folder=path.parent))
+
+
+def loads_problem(
+    text: str, variant: str | None = None, file: str = "", folder: str | os.PathLike[str] | None = None
+) -> DesignProblem:
+    """Read a design problem from the text of a file.
+
+    Parameters
+    ----------
+    text : str
+        Content of a problem file.
+    variant : str, optional
+        Name of one of the variants; the problem itself if left out.
+    file : str, optional
+        Name of the file for error messages.
+    folder : str or path, optional
+        Where the machine is looked for first; the current folder if left out.
+
+    Returns
+    -------
+    DesignProblem
+
+    Raises
+    ------
+    SpecError
+        If anything in the text, or in the file of its machine, is wrong.
+    """
+    return read(text, variant, file, partial(_problem, folder=folder))
+
+
+def _problem(tables: Tables, folder: str | os.PathLike[str] | None) -> DesignProblem:
+    if "rotor" in tables:
+        raise SpecError("describes a machine, not a design problem", remedy=f"write a {PROBLEM_FILE} beside it")
+    for key, raw in tables.items():
+        if key not in KEYS:
+            raise SpecError("is an unknown key", field=quoted(key), got=raw, remedy=closest(key, KEYS))
+    for key, remedy in (
+        ("name", "give the problem a name"),
+        ("source", "say where limits and bounds come from: [source] with title = '...'"),
+    ):
+        if not tables.get(key):
+            raise SpecError("is missing", field=key, remedy=remedy)
+    with inside("source"):
+        source = texts(tables["source"])
+    machine = start_machine(tables, folder)
+    return DesignProblem(
+        machine,
+        name=tables["name"],
+        question=tables.get("question", ""),
+        source=source,
+        free={path: _bounds(machine, path, raw) for path, raw in by_path(tables, "free").items()},
+        ties={path: _tie(machine, path, raw) for path, raw in as_table(tables.get("ties", {}), "ties").items()},
+        maximise=_measure("maximise", tables.get("maximise")),
+        minimise=_measure("minimise", tables.get("minimise")),
+        speed=_si(tables.get("speed"), "rad/s", "speed"),
+        limits={name: _limit(name, raw) for name, raw in as_table(tables.get("limits", {}), "limits").items()},
+        unbalance={
+            name: _si(raw, "kg m", f"unbalance.{name}")
+            for name, raw in as_table(tables.get("unbalance", {}), "unbalance").items()
+        },
+        scenarios={name: _factors(tables, name) for name in as_table(tables.get("scenarios", {}), "scenarios")},
+    )
+
+
+def _si(raw: Any, unit: str, where: str) -> Any:
+    """A number, or a list of them, in SI; the problem judges everything else."""
+    if isinstance(raw, list):
+        return [_si(item, unit, f"{where}[{i}]") for i, item in enumerate(raw)]
+    try:
+        return si_number(raw, {"unit": unit})
+    except SpecError as error:
+        raise error.inside(where) from None
+
+
+def _unit(machine: Machine, path: str, section: str) -> str:
+    try:
+        return str(metadata(machine, find(machine, path)[0])["unit"])
+    except SpecError as error:
+        raise error.inside(section) from None
+
+
+def _bounds(machine: Machine, path: str, raw: Any) -> Any:
+    unit = _unit(machine, path, "free")
+    return [*_si(raw[:2], unit, f"free.{path}"), *raw[2:]] if isinstance(raw, list) else raw
+
+
+def _tie(machine: Machine, path: str, raw: Any) -> Mapping[str, Any]:
+    unit, where = _unit(machine, path, "ties"), f"ties.{path}"
+    return {
+        key: _si(item, unit if key == "constant" else "", f"{where}.{key}")
+        for key, item in as_table(raw, where).items()
+    }
+
+
+def _measure(word: str, raw: Any) -> Any:
+    if not isinstance(raw, dict):
+        return raw
+    return {
+        key: item if key == "quantity" else _option(word, raw.get("quantity"), key, item) for key, item in raw.items()
+    }
+
+
+def _limit(name: str, raw: Any) -> Any:
+    where, unit = f"limits.{name}", QUANTITIES[name].unit if name in QUANTITIES else None
+    if unit is None:
+        return raw
+    if not isinstance(raw, dict):
+        return _si(raw, unit, where)
+    return {
+        key: _si(item, unit, where) if key == "limit" else _option(where, name, key, item) for key, item in raw.items()
+    }
+
+
+def _option(where: str, quantity: Any, key: str, raw: Any) -> Any:
+    options = QUANTITIES[quantity].options if isinstance(quantity, str) and quantity in QUANTITIES else {}
+    known = key in options and options[key].unit != "name"
+    return _si(raw, options[key].unit, f"{where}.{key}") if known else raw
+
+
+def _factors(tables: Tables, name: str) -> Mapping[str, Any]:
+    with inside("scenarios"):
+        table = by_path(tables["scenarios"], name)
+    return {path: _si(raw, "", f"scenarios.{name}.{path}") for path, raw in table.items()}
