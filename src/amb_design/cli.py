@@ -116,6 +116,70 @@ def analyse(
     _print(as_json, document, lambda: console.analyses(documents, comparisons, out))
 
 
+@app.command()
+def optimise(
+    target: Annotated[str, typer.Argument(help="problem file, folder with a problem.toml, or name of a packaged problem")],
+    variant: Annotated[str | None, typer.Option(help="a variant of the problem")] = None,
+    out: Annotated[Path | None, typer.Option(help="folder for the design, figures and finished starts")] = None,
+    starts: Annotated[int, typer.Option(min=1, help="number of starts; the first begins at the machine as it is")] = 8,
+    seed: Annotated[int, typer.Option(min=0, help="of the random starts")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="processes")] = min(2, os.cpu_count() or 1),
+    resume: Annotated[bool, typer.Option("--resume", help="take finished starts from the folder given by --out")] = False,
+    relax: Annotated[bool, typer.Option("--relax", help="solve again with each active limit eased by 10 %")] = False,
+    pareto: Annotated[
+        list[str] | None, typer.Option(help="compromises with a quantity: 'bias_current=2:4.8:6', SI units")
+    ] = None,
+    svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
+    as_json: Json = False,
+) -> None:
+    """Find the best design of a problem, and verify it on the full model."""
+    from . import console_design
+    from .optimise.answers import pareto as trade
+    from .optimise.answers import relaxations
+    from .optimise.report import document
+    from .optimise.solve import solve
+    from .spec.files import save
+    from .spec.problem_files import load_problem
+
+    problem = load_problem(target, variant)
+    fronts = dict(_front(text) for text in pareto or ())
+    for quantity, bounds in fronts.items():
+        problem.with_limit(quantity, bounds[0])  # says at once what is wrong with it
+    if out is not None and out.exists() and not out.is_dir():
+        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    if resume and out is None:
+        raise SpecError("needs the folder of the starts", field="--resume", remedy="add --out FOLDER")
+    with console_design.progress(starts, problem.objective.kind.unit) as report:
+        folder = None if out is None else out / "starts"
+        design = solve(problem, starts, seed, workers=workers, folder=folder, resume=resume, report=report)
+    with _staging(out) as staged, console_design.working("looking around the optimum"):
+        relaxed = relaxations(design) if relax and design.verified else ()
+        traded = {q: trade(design, q, b) for q, b in fronts.items()} if design.verified else {}
+        result = document(design, relaxed, traded)
+        if staged is not None:
+            (staged / "design.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            if design.verified:
+                from .design_figures import save_design_figures
+
+                save(design.machine, staged / "design.toml")
+                save_design_figures(design, traded, staged, ("png", "svg") if svg else ("png",))
+    _print(as_json, result, lambda: console_design.design(result, out))
+    if not design.verified:
+        raise SolveError(f"{problem.name}: {design.status}: {design.explanation()}")
+
+
+def _front(text: str) -> tuple[str, list[float]]:
+    """A quantity and its limits from ``quantity=first:last:count``."""
+    quantity, _, numbers = text.partition("=")
+    try:
+        first, last, count = numbers.split(":")
+        return quantity, np.linspace(float(first), float(last), int(count)).tolist()
+    except ValueError:
+        raise SpecError(
+            "is no range of limits", field="--pareto", got=text, remedy="write quantity=first:last:count in SI units"
+        ) from None
+
+
 def _machines(target: str, variant: str | None) -> dict[str, Any]:
     """The variants of a file by name, with the machine itself under the empty name unless it is one of them."""
     from .spec.files import load, load_variants

@@ -17,7 +17,8 @@ from .analysis.published import Comparison
 Document = Mapping[str, Any]
 
 
-def _console() -> Console:
+def terminal() -> Console:
+    """Where tables go: standard output, as wide as tables need if it is no terminal."""
     console = Console(highlight=False, soft_wrap=False)
     # A pipe has no width; tables must not be squeezed into a guess of 80 columns.
     return console if console.is_terminal else Console(highlight=False, width=max(console.width, 118))
@@ -66,7 +67,7 @@ def problems(rows: Sequence[Mapping[str, Any]]) -> None:
     for row in rows:
         commands = "analyse, optimise" if row["optimise"] else "analyse"
         table.add_row(*(escape(t) for t in (row["name"], commands, row["source"], ", ".join(row["variants"]))))
-    _console().print(table)
+    terminal().print(table)
 
 
 def outlines(documents: Mapping[str, Document]) -> None:
@@ -77,7 +78,7 @@ def outlines(documents: Mapping[str, Document]) -> None:
     documents : mapping of str to mapping
         Results of `amb_design.analysis.outline.outline` by variant.
     """
-    console = _console()
+    console = terminal()
     for d in documents.values():
         console.print(f"[bold]{escape(d['name'])}[/]")
         console.print(
@@ -133,7 +134,7 @@ def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison
     out : Path or None
         Where figures were written.
     """
-    console = _console()
+    console = terminal()
     if len(documents) == 1:
         _details(console, next(iter(documents.values())))
     else:

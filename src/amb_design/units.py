@@ -102,3 +102,42 @@ def parse_quantity(text: str, unit: str) -> float:
         # "3000 1/min" means revolutions to some and radians to pint
         raise SpecError("does not say whether revolutions or radians", got=text, remedy="write rpm, Hz or rad/s")
     return result
+
+
+_SHOWN = {"rad/s": (2.0 * math.pi, "Hz"), "rad": (math.pi / 180.0, "deg"), "kg m": (1e-6, "g mm"), "m^2": (1e-4, "cm^2")}
+
+
+def unit_shown(unit: str) -> tuple[str, float]:
+    """The unit in which an SI quantity is shown, and its size in SI.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit.
+    """
+    size, name = _SHOWN.get(unit, (1.0, unit))
+    return name, size
+
+
+def in_words(value: float, unit: str, *, speed: bool = False) -> str:
+    """An SI number as an engineer reads it.
+
+    Parameters
+    ----------
+    value : float
+    unit : str
+        SI unit.
+    speed : bool
+        True if rad/s measures a spin speed, which is shown in rpm; other frequencies are shown in Hz.
+
+    Examples
+    --------
+    >>> in_words(rpm(9000.0), "rad/s", speed=True), in_words(0.000381, "m")
+    ('9000 rpm', '0.381 mm')
+    """
+    if unit == "rad/s" and speed:
+        return f"{value / RPM:.0f} rpm"
+    name, factor = unit_shown(unit)
+    if unit == "m" and abs(value) < 0.02:
+        factor, name = 1e-3, "mm"
+    return f"{value / factor:.4g} {name}".strip()

@@ -89,14 +89,7 @@ class Analysis:
             "states": self.size,
             "form": "complex" if self.complex_form else "real",
             "top_speed_rpm": limit.top_speed * RPM,
-            "stability_limit": {
-                "speed_rpm": _finite(limit.speed * RPM),
-                "status": limit.status,
-                "certified": limit.certified,
-                "whirl_frequency_hz": limit.mode.frequency_hz if limit.mode else None,
-                "mode": limit.mode.describe() if limit.mode else None,
-                "eigendecompositions": limit.eigendecompositions,
-            },
+            "stability_limit": limit_document(limit),
             "onsets_rpm": [o.speed * RPM for o in limit.onsets if o.unstable],
             "onsets": [_onset(o) for o in limit.onsets],
             "unstable_at_rest": [
@@ -183,6 +176,23 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
         equivalent=equivalent,
         findings=findings(loop, limit, critical, modes),
     )
+
+
+def limit_document(limit: StabilityLimit) -> dict[str, Any]:
+    """A stability limit as data.
+
+    Parameters
+    ----------
+    limit : StabilityLimit
+    """
+    return {
+        "speed_rpm": _finite(limit.speed * RPM),
+        "status": limit.status,
+        "certified": limit.certified,
+        "whirl_frequency_hz": limit.mode.frequency_hz if limit.mode else None,
+        "mode": limit.mode.describe() if limit.mode else None,
+        "eigendecompositions": limit.eigendecompositions,
+    }
 
 
 def _onset(onset: Onset) -> dict[str, Any]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from ..analysis.gradient import stability_gradient
 from ..analysis.stability import FOUND as LIMIT_FOUND
@@ -15,6 +17,7 @@ from ..spec.machine import Machine
 from ..spec.paths import numbers
 from ..spec.problem import DesignProblem, Limit
 from .audit import Audit, audit, stable_up_to
+from .evaluation import LOWEST, Evaluator
 from .start import FOUND, INFEASIBLE, Outcome
 from .verification import Verified
 
@@ -78,7 +81,6 @@ class Design:
     rejected: tuple[Verified, ...]
     outcomes: tuple[Outcome, ...]
     seed: int
-    _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def verified(self) -> bool:
@@ -171,6 +173,50 @@ class Design:
         reach = stable_up_to(audit(self.problem, start, self.problem.top_speed * 1e-6).stability[""])
         end = self.end if self.best is not None else self.problem.top_speed
         return audit(self.problem, start, max(min(end, 0.99 * reach), 1e-6 * self.problem.top_speed))
+
+    def explanation(self) -> str:
+        """In one sentence why there is no verified design; empty if there is one."""
+        if self.verified:
+            return ""
+        if self.rejected:
+            worst = max(self.rejected[0].excesses, key=lambda e: e.excess)
+            name = worst.quantity.replace("_", " ")
+            return f"on the full model, {name} is beyond its limit by {100.0 * worst.excess:.3g} %"
+        told = [f"{c['quantity'].replace('_', ' ')} by {100.0 * c['value']:.3g} % ({c['place']})" for c in self.conflicts]
+        what = " against ".join(told) or f"all of them, by {100.0 * self.outcomes[0].violation:.3g} % at best"
+        return f"limits that cannot be held together: {what}"
+
+    @cached_property
+    def reach_before(self) -> float:
+        """Speed up to which the machine as it was is stable and within all limits [rad/s], as the search sees it."""
+        if not self.problem.seeks_speed:
+            return math.nan
+        evaluator = Evaluator(self.problem)
+        x = evaluator.scaling.point(np.array(list(self.problem.start().values())))
+
+        def held(level: float) -> bool:
+            return evaluator.rows(x, level).worst <= 0.0
+
+        grid = np.linspace(LOWEST, 1.0, 40)
+        last = next((i for i, level in enumerate(grid) if not held(float(level))), len(grid)) - 1
+        if last < 0:
+            return 0.0
+        if last == len(grid) - 1:
+            return self.problem.top_speed
+        low, high = float(grid[last]), float(grid[last + 1])
+        for _ in range(8):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if held(middle) else (low, middle)
+        return low * self.problem.top_speed
+
+    @property
+    def eigensolves(self) -> dict[str, int]:
+        """Eigendecompositions of all starts, by size of the matrix."""
+        total: dict[str, int] = {}
+        for outcome in self.outcomes:
+            for size, count in outcome.eigensolves.items():
+                total[size] = total.get(size, 0) + count
+        return total
 
     @property
     def conflicts(self) -> list[dict[str, Any]]:

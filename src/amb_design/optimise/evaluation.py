@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,9 @@ FRACTIONS = np.linspace(0.0, 1.0, 13)
 CHECKED = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Fractions of the range at which sensitivities are held down."""
 
+
+GUARDED = np.array([0.0, 1.0])
+"""Fractions of the range at which stability of the complete model is watched while the search works on a reduced one."""
 
 LOWEST = 0.02
 """Level at which the search for the stability limit begins."""
@@ -170,6 +174,15 @@ class Case:
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
+    def guard(self, state: State, end: float) -> Samples:
+        """Stability of the complete model at few speeds, for modes that a reduced one does not have.
+
+        What the controller does to modes of high frequency hardly depends on the speed.
+        """
+        found = modes.modes(state, GUARDED, end, real_form=not self.loops.complex_form)
+        samples = modes.stability(found)
+        return dataclasses.replace(samples, groups=tuple(f"complete {g}" for g in samples.groups))
+
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]
         return measure.bound if isinstance(measure, Limit) else 1.0
@@ -281,6 +294,10 @@ class Evaluator:
                 if len(samples):
                     parts.append(self._rows(case.name, quantity, samples, rates, level))
             self._count(state)
+            if modes is not None and modes < case.loops.displacements:
+                complete = case.state(p)
+                parts.append(self._rows(case.name, "stability", case.guard(complete, end), rates, level))
+                self._count(complete)
         return Rows(
             np.concatenate([r.values for r in parts]),
             np.concatenate([r.slopes for r in parts]),

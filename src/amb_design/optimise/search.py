@@ -21,6 +21,7 @@ from .evaluation import Rows
 
 Evaluate = Callable[[Array, float], Rows]
 
+LEAST_PENALTY = 0.05
 SOFT = 1e-6
 """Least curvature of a subproblem, which makes its solution unique."""
 
@@ -78,6 +79,10 @@ class Trace:
     evaluations : int
     multipliers : ndarray
         Of the rows at the last point: levels per unit of each condition.
+    feasible : tuple or None
+        Point, level and rows of the best point without violations.
+    hessian : ndarray or None
+        Curvature of the active conditions, as far as it was learnt.
     """
 
     x: Array
@@ -87,10 +92,28 @@ class Trace:
     history: list[tuple[int, float, float]] = field(default_factory=list)
     evaluations: int = 1
     multipliers: Array = field(default_factory=lambda: np.zeros(0))
+    feasible: tuple[Array, float, Rows] | None = None
+    hessian: Array | None = None
+
+    def see(self, x: Array, level: float, rows: Rows, tolerance: float) -> None:
+        """Remember the best point without violations."""
+        if rows.worst <= tolerance and (self.feasible is None or level > self.feasible[1]):
+            self.feasible = x, level, rows
+
+    def retreat(self) -> None:
+        """Go back to the best point without violations, if the last one has some."""
+        if self.feasible is not None and self.feasible[1] > 0.0:
+            self.x, self.level, self.rows = self.feasible
+            self.multipliers = np.zeros(0)
 
 
 def search(
-    evaluate: Evaluate, x: Array, level: float, settings: Settings, frozen_level: bool = False, enough: float = 0.0
+    evaluate: Evaluate,
+    x: Array,
+    level: float,
+    settings: Settings,
+    frozen_level: bool = False,
+    hessian: Array | None = None,
 ) -> Trace:
     """Maximise the level, or with a frozen level remove violations.
 
@@ -104,17 +127,18 @@ def search(
         Start.
     settings : Settings
     frozen_level : bool
-        Keep the level and minimise the largest violation instead...
-    enough : float
-        ... until it is no larger than this.
+        Keep the level and minimise the largest violation instead, until there is none.
+    hessian : ndarray, shape (variables + 1, variables + 1), optional
+        Curvature learnt before.
     """
     rows = evaluate(x, level)
     trace = Trace(x, level, rows, history=[(1, level, rows.worst)])
+    trace.see(x, level, rows, 10.0 * settings.tolerance)
     radius, penalty, idle = settings.radius, settings.penalty, 0
-    hessian = np.zeros((len(x) + 1, len(x) + 1))
+    hessian = np.zeros((len(x) + 1, len(x) + 1)) if hessian is None else hessian
     cuts: list[tuple[Array, Array]] = []  # of rejected points: value at z = 0, and slope
     while trace.evaluations < settings.steps:
-        if frozen_level and trace.rows.worst <= enough:
+        if frozen_level and trace.rows.worst <= 0.0:
             trace.status = "feasible"
             return trace
         if radius < settings.smallest or idle >= 3:
@@ -134,7 +158,7 @@ def search(
             slack = smaller
         trace.multipliers = multipliers
         if slack <= settings.tolerance:  # no more than what the conditions are worth
-            penalty = max(settings.penalty, 2.0 * program.worth, 0.5 * penalty)
+            penalty = max(LEAST_PENALTY, 2.0 * program.worth, 0.5 * penalty)
         gain = 0.0 if frozen_level else step[-1] - 0.5 * step @ hessian @ step
         predicted = gain + (1.0 if frozen_level else penalty) * (violation - slack)
         if not predicted > 1e-3 * settings.progress:
@@ -143,11 +167,12 @@ def search(
         new_x, new_level = np.clip(trace.x + step[:-1], 0.0, 1.0), float(trace.level + step[-1])
         rows = evaluate(new_x, new_level)
         trace.evaluations += 1
+        trace.see(new_x, new_level, rows, 10.0 * settings.tolerance)
         after = rows.worst if frozen_level else max(rows.worst, 0.0)
         won = (0.0 if frozen_level else step[-1]) + (1.0 if frozen_level else penalty) * (violation - after)
         ratio = won / predicted
         if settings.curvature and not frozen_level:
-            hessian = _learnt(hessian, step, trace.rows, rows, multipliers)
+            trace.hessian = hessian = _learnt(hessian, step, trace.rows, rows, multipliers)
         if ratio > 0.05:
             idle = idle + 1 if won < settings.progress * max(trace.level, 1e-3) and after <= settings.tolerance * 10 else 0
             trace.x, trace.level, trace.rows = new_x, new_level, rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -11,7 +12,7 @@ import numpy as np
 
 from ..analysis.system import Array
 from ..spec.problem import DesignProblem
-from .evaluation import Evaluator, Rows
+from .evaluation import LOWEST, Evaluator, Rows
 from .search import Settings, Trace, search
 
 FOUND = "optimum"
@@ -19,13 +20,16 @@ INFEASIBLE = "infeasible"
 UNFINISHED = "out of evaluations"
 
 MODES = 16
-"""Modes at rest that represent the rotor while the search is far from its goal."""
+"""Modes at rest that represent the rotor while the search is far from its goal, in each plane."""
 
 LOOKED_AT = 24
 """Random points that are looked at for each start."""
 
 QUICK = np.array([0.0, 0.5, 1.0])
 """Fractions of the range of speeds at which a random point is looked at."""
+
+BLIND = 0.1
+"""Violation on a more faithful model beyond which the point is not taken as it is."""
 
 COMMON = 0.3
 """Level at which random points are compared."""
@@ -119,21 +123,49 @@ class Starter:
         self.evaluator.eigensolves, self._history = {}, []
         x = self._first(seed, index)
         settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
-        level = self.evaluator.start_level(x, MODES)
+        level = self.evaluator.start_level(x, self.modes)
         low = level if self.problem.seeks_speed else -1e3
-        trace = self._search(x, low, Settings(steps=self.effort.feasible, highest=settings.highest), MODES, frozen=True)
+        trace = self._search(x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True)
         if trace.rows.worst > settings.tolerance:
             return self._outcome(index, trace, INFEASIBLE, clock)
-        level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, MODES)
-        coarse = Settings(steps=self.effort.coarse, progress=1e-4, highest=settings.highest, level_radius=self._reach)
-        trace = self._search(trace.x, level, coarse, MODES)
-        return self.polished(index, trace.x, trace.level, clock)
+        level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)
+        coarse = Settings(steps=self.effort.coarse, progress=2e-5, highest=settings.highest, level_radius=self._reach)
+        trace = self._search(trace.x, level, coarse, self.modes)
+        if trace.rows.worst > 100.0 * coarse.tolerance and self.problem.seeks_speed:  # stuck: once more from below
+            x, level, _ = self._entered(trace.x, 0.7 * trace.level, self.modes)
+            trace = self._search(x, level, coarse, self.modes)
+        x, level, near = self._entered(trace.x, trace.level, None)
+        return self.polished(index, x, level, clock, hessian=trace.hessian if near else None)
+
+    @property
+    def modes(self) -> int:
+        """Modes of the reduced model."""
+        return MODES * (1 if all(case.loops.complex_form for case in self.evaluator.cases) else 2)
+
+    def _entered(self, x: Array, level: float, modes: int | None) -> tuple[Array, float, bool]:
+        """Where to go on, at a lower speed if the limits are far from held; and whether it is where we were."""
+        if not self.problem.seeks_speed:
+            return x, level, True
+        for factor in (1.0, 0.7, 0.4):
+            if self.evaluator.rows(x, factor * level, modes).worst <= BLIND:
+                return x, factor * level, factor == 1.0
+        low = Settings(steps=self.effort.feasible // 3, highest=1.0)
+        trace = self._search(x, LOWEST, low, modes, frozen=True)
+        return trace.x, LOWEST, False
 
     @property
     def _reach(self) -> float:
         return 2.0 if self.problem.seeks_speed else 20.0
 
-    def polished(self, index: int, x: Array, level: float, clock: float | None = None, radius: float = 0.03) -> Outcome:
+    def polished(
+        self,
+        index: int,
+        x: Array,
+        level: float,
+        clock: float | None = None,
+        radius: float = 0.03,
+        hessian: Array | None = None,
+    ) -> Outcome:
         """Search on the full model, from a point near its optimum.
 
         Parameters
@@ -145,11 +177,15 @@ class Starter:
             When the start began, in CPU time.
         radius : float
             First trust region.
+        hessian : ndarray, optional
+            Curvature learnt before.
         """
         clock = time.process_time() if clock is None else clock
         highest = 1.0 if self.problem.seeks_speed else np.inf
         fine = Settings(steps=self.effort.fine, radius=radius, highest=highest, level_radius=self._reach)
-        trace = self._search(x, level, fine, None)
+        trace = self._search(x, level, fine, None, hessian=hessian)
+        if trace.rows.worst > 100.0 * fine.tolerance:
+            trace.retreat()
         feasible = trace.rows.worst <= 100.0 * fine.tolerance
         status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
         return self._outcome(index, trace, status, clock)
@@ -158,10 +194,18 @@ class Starter:
         if index == 0:
             return self.evaluator.scaling.point(np.array(list(self.problem.start().values())))
         points = np.random.default_rng([seed, index]).random((LOOKED_AT, self.evaluator.variables))
-        seen = [self.evaluator.worst(x, COMMON, MODES, QUICK) for x in points]
+        seen = [self.evaluator.worst(x, COMMON, self.modes, QUICK) for x in points]
         return np.asarray(points[int(np.argmin(seen))])
 
-    def _search(self, x: Array, level: float, settings: Settings, modes: int | None, frozen: bool = False) -> Trace:
+    def _search(
+        self,
+        x: Array,
+        level: float,
+        settings: Settings,
+        modes: int | None,
+        frozen: bool = False,
+        hessian: Array | None = None,
+    ) -> Trace:
         ev = self.evaluator
 
         def evaluate(x: Array, level: float) -> Rows:
@@ -171,7 +215,7 @@ class Starter:
                 self._history.append([spent, ev.objective(level), rows.worst])
             return rows
 
-        return search(evaluate, x, level, settings, frozen)
+        return search(evaluate, x, level, settings, frozen, hessian)
 
     def _outcome(self, index: int, trace: Trace, status: str, clock: float) -> Outcome:
         ev, rows = self.evaluator, trace.rows

@@ -3,6 +3,7 @@
 from .base import save, style
 from .campbell_diagram import campbell
 from .damping import damping_ratios, real_part
+from .design import convergence, limit_sensitivities, pareto, real_parts
 from .loops import open_loop, sensitivity, sensitivity_over_speed
 from .machine_drawing import machine
 from .shapes import mode_shape, mode_shapes
@@ -10,13 +11,17 @@ from .unbalance_response import currents, unbalance
 
 __all__ = [
     "campbell",
+    "convergence",
     "currents",
     "damping_ratios",
+    "limit_sensitivities",
     "machine",
     "mode_shape",
     "mode_shapes",
     "open_loop",
+    "pareto",
     "real_part",
+    "real_parts",
     "save",
     "sensitivity",
     "sensitivity_over_speed",

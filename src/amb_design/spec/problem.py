@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import replace as replace_fields
 from functools import cached_property
 from typing import Any
 
@@ -263,6 +264,25 @@ class DesignProblem:
         p : mapping of str to float or CasADi scalar
         """
         return replace(self.machine, self.values(p))
+
+    def with_limit(self, quantity: str, bound: float) -> DesignProblem:
+        """The same problem with another bound of a limit, or with one limit more.
+
+        Parameters
+        ----------
+        quantity : str
+        bound : float
+            SI unit.
+
+        Raises
+        ------
+        SpecError
+            If the quantity does not exist in this problem.
+        """
+        old: Any = self.limits.get(quantity)
+        limits = {k: v for k, v in self.limits.items() if k != quantity}
+        limits[quantity] = {**old, "limit": bound} if isinstance(old, Mapping) else bound
+        return replace_fields(self, limits=limits)
 
     def start(self) -> dict[str, float]:
         """The machine's own values of the variables, moved into their bounds."""
