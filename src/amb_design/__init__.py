@@ -108,9 +108,24 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name == "plots":  # matplotlib loads only when something is drawn
-        import importlib
+_LATE = {  # what only designs need loads with the first design
+    "Design": "optimise.design",
+    "Family": "optimise.family",
+    "audit": "optimise.audit",
+    "crossing": "optimise.stable_speed",
+    "largest_stable": "optimise.stable_speed",
+    "minimise_abscissa": "optimise.abscissa",
+    "pareto": "optimise.answers",
+    "relaxations": "optimise.answers",
+    "solve": "optimise.solve",
+}
 
+
+def __getattr__(name: str) -> Any:
+    import importlib
+
+    if name == "plots":  # matplotlib loads only when something is drawn
         return importlib.import_module(".plots", __name__)
+    if name in _LATE:
+        return getattr(importlib.import_module(f".{_LATE[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

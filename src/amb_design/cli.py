@@ -118,13 +118,17 @@ def analyse(
 
 @app.command()
 def optimise(
-    target: Annotated[str, typer.Argument(help="problem file, folder with a problem.toml, or name of a packaged problem")],
+    target: Annotated[
+        str, typer.Argument(help="problem file, folder with a problem.toml, or name of a packaged problem")
+    ],
     variant: Annotated[str | None, typer.Option(help="a variant of the problem")] = None,
     out: Annotated[Path | None, typer.Option(help="folder for the design, figures and finished starts")] = None,
     starts: Annotated[int, typer.Option(min=1, help="number of starts; the first begins at the machine as it is")] = 8,
     seed: Annotated[int, typer.Option(min=0, help="of the random starts")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="processes")] = min(2, os.cpu_count() or 1),
-    resume: Annotated[bool, typer.Option("--resume", help="take finished starts from the folder given by --out")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="take finished starts from the folder given by --out")
+    ] = False,
     relax: Annotated[bool, typer.Option("--relax", help="solve again with each active limit eased by 10 %")] = False,
     pareto: Annotated[
         list[str] | None, typer.Option(help="compromises with a quantity: 'bias_current=2:4.8:6', SI units")

@@ -122,7 +122,9 @@ def _conflicts(console: Console, d: Document) -> None:
     for reasons in d["rejected"]:
         for r in reasons:
             name = r["quantity"].replace("_", " ")
-            console.print(escape(f"- rejected: {name} beyond its limit by {100.0 * r['excess']:.3g} % on the full model"))
+            console.print(
+                escape(f"- rejected: {name} beyond its limit by {100.0 * r['excess']:.3g} % on the full model")
+            )
 
 
 def _limit_text(limit: Document) -> str:
@@ -138,10 +140,14 @@ def _comparison(console: Console, d: Document) -> None:
     table = Table(title="Before and after", title_justify="left")
     for heading, justify in (("", "left"), ("before", "right"), ("after", "right"), ("limit", "right"), ("", "left")):
         table.add_column(heading, justify=justify)  # type: ignore[arg-type]
-    table.add_row("stability limit", _limit_text(before["stability_limit"]), _limit_text(after["stability_limit"]), "", "")
+    table.add_row(
+        "stability limit", _limit_text(before["stability_limit"]), _limit_text(after["stability_limit"]), "", ""
+    )
     if "within_limits_up_to_rpm" in before:
         reach = before["within_limits_up_to_rpm"]
-        table.add_row("within all limits", f"to {reach:.0f} rpm" if reach else "nowhere", f"to {d['speed_rpm']:.0f} rpm", "", "")
+        table.add_row(
+            "within all limits", f"to {reach:.0f} rpm" if reach else "nowhere", f"to {d['speed_rpm']:.0f} rpm", "", ""
+        )
     for row in d["limits"]:
         q = row["quantity"]
         was = before["quantities"].get(q, {}).get("value")

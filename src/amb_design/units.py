@@ -104,7 +104,12 @@ def parse_quantity(text: str, unit: str) -> float:
     return result
 
 
-_SHOWN = {"rad/s": (2.0 * math.pi, "Hz"), "rad": (math.pi / 180.0, "deg"), "kg m": (1e-6, "g mm"), "m^2": (1e-4, "cm^2")}
+_SHOWN = {
+    "rad/s": (2.0 * math.pi, "Hz"),
+    "rad": (math.pi / 180.0, "deg"),
+    "kg m": (1e-6, "g mm"),
+    "m^2": (1e-4, "cm^2"),
+}
 
 
 def unit_shown(unit: str) -> tuple[str, float]:

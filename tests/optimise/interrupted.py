@@ -20,11 +20,11 @@ from amb_design.optimise import audit
 from amb_design.optimise.solve import solve
 from amb_design.optimise.start import Effort
 
-EFFORT = Effort(8, 6, 4)
+EFFORT = Effort(4, 3, 2)
 STARTS, SEED = 6, 1
 
 
-def small_problem(limit: float = 2.5) -> ad.DesignProblem:
+def small_problem(limit: float = 3.0) -> ad.DesignProblem:
     """A steel shaft with a disk on two magnets, and the three gains of their controller."""
     steel = ad.Isotropic(E=205e9, nu=0.29, density=7850)
     machine = ad.Machine(
@@ -33,7 +33,7 @@ def small_problem(limit: float = 2.5) -> ad.DesignProblem:
             shaft=ad.Shaft(
                 segments=(ad.Segment(length=0.6, outer_diameter=0.03, material=steel),),
                 viscous_damping=2e-3,
-                elements=4,
+                elements=3,
             ),
             disks=(ad.Disk(position=0.3, mass=6.0, diametral_inertia=0.01, polar_inertia=0.02),),
         ),

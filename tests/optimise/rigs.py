@@ -76,10 +76,27 @@ def everything(anisotropic: bool = False, elements: int = 6) -> ad.Machine:
 def free_numbers(machine: ad.Machine) -> dict[str, Any]:
     """Bounds about every kind of number that a design can change."""
     paths = [
-        *("controller.kp", "controller.ki", "controller.kd", "controller.low_pass.frequency", "controller.low_pass.damping"),
+        *(
+            "controller.kp",
+            "controller.ki",
+            "controller.kd",
+            "controller.low_pass.frequency",
+            "controller.low_pass.damping",
+        ),
         *("controller.notches[0].frequency", "controller.notches[0].damping", "controller.notches[0].width"),
-        *("controller.delay", "controller.derivative_time", "controller.amplifier.bandwidth", "magnets[1].controller.kd"),
-        *("magnets[0].bias_current", "magnets[0].gap", "magnets[0].pole_area", "magnets[0].half_angle", "magnets[0].turns"),
+        *(
+            "controller.delay",
+            "controller.derivative_time",
+            "controller.amplifier.bandwidth",
+            "magnets[1].controller.kd",
+        ),
+        *(
+            "magnets[0].bias_current",
+            "magnets[0].gap",
+            "magnets[0].pole_area",
+            "magnets[0].half_angle",
+            "magnets[0].turns",
+        ),
         *("magnets[0].clearance", "magnets.resistance", "magnets[1].bias_current", "rotor.disks[1].outer_diameter"),
         *("rotor.disks[0].mass", "rotor.shaft.viscous_damping", "rotor.shaft.hysteretic_damping"),
         *("rotor.shaft.segments[0].inner_diameter", "rotor.shaft.segments[1].outer_diameter"),
@@ -100,7 +117,12 @@ def free_numbers(machine: ad.Machine) -> dict[str, Any]:
         "plies[1].thickness": _about(5e-3),
     }
     more: dict[str, Any] = {"magnets[0].axes_angle": (0.6, 0.9)} if machine.controller_z else {}
-    return {path: _about(float(dict(ad.numbers(machine))[ad.find(machine, path)[0]])) for path in paths} | places | plies | more
+    return (
+        {path: _about(float(dict(ad.numbers(machine))[ad.find(machine, path)[0]])) for path in paths}
+        | places
+        | plies
+        | more
+    )
 
 
 TIES = {

@@ -101,7 +101,10 @@ def test_anisotropic_rotor_with_its_own_controllers_per_axis(two_planes: ad.Mach
 
 
 def test_anisotropic_scenario(two_planes: ad.Machine) -> None:
-    limits = {q: ALL[q] for q in ("decay_rate", "damping_ratio", "sensitivity_peak", "displacement_ratio", "separation_margin")}
+    limits = {
+        q: ALL[q]
+        for q in ("decay_rate", "damping_ratio", "sensitivity_peak", "displacement_ratio", "separation_margin")
+    }
     problem = ad.DesignProblem(
         two_planes,
         maximise="stability_limit",

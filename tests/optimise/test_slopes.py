@@ -143,7 +143,7 @@ def allowed(quantity: str) -> float:
 
 
 def compare(rig: Comparison, numbers: list[str], what: str) -> None:
-    worst: dict[str, tuple[float, str]] = {q: (0.0, "") for q in rig.nominal}
+    worst: dict[str, tuple[float, str]] = dict.fromkeys(rig.nominal, (0.0, ""))
     bad, lost, total = [], 0, 0
     for name in [*numbers, None]:
         for q, error in rig.errors(None if name is None else rig.names.index(name)).items():
@@ -176,8 +176,12 @@ def test_every_quantity_and_every_number_counts(isotropic: Comparison, anisotrop
         assert rig.case.loops.complex_form is not real_form
         assert set(rig.nominal) == {"stability", *LIMITS}
         assert all(len(s) for s in rig.nominal.values())
-        slopes = np.concatenate([s.slopes / big[:, None] for (s, big) in zip(rig.nominal.values(), rig.largest.values(), strict=True)])
-        idle = [n for n, moved in zip(rig.names, (np.abs(slopes * rig.ranges) > 1e-9).any(axis=0), strict=True) if not moved]
+        slopes = np.concatenate(
+            [s.slopes / big[:, None] for (s, big) in zip(rig.nominal.values(), rig.largest.values(), strict=True)]
+        )
+        idle = [
+            n for n, moved in zip(rig.names, (np.abs(slopes * rig.ranges) > 1e-9).any(axis=0), strict=True) if not moved
+        ]
         assert not idle
 
 

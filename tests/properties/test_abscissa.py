@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -53,7 +55,7 @@ def test_smoothed_abscissa_tends_to_the_abscissa_from_above(seed: int) -> None:
     dense = DenseFamily(family)
     exact = np.linalg.eigvals(dense.at(p).matrix(0.7)).real.max()
     values = [SmoothedAbscissa(dense, (0.7,), energy)(p)[0] - exact for energy in (1e1, 1e3, 1e5, 1e7)]
-    assert all(a > 5.0 * b > 0.0 for a, b in zip(values, values[1:], strict=False))
+    assert all(a > 5.0 * b > 0.0 for a, b in pairwise(values))
 
 
 def test_scaled_coordinates_change_nothing() -> None:
@@ -67,7 +69,9 @@ def test_scaled_coordinates_change_nothing() -> None:
 def test_nonsmooth_bfgs_finds_the_end_of_a_kink_and_stays_in_the_box() -> None:
     def function(x: np.ndarray) -> tuple[float, np.ndarray]:
         kink = x[1] - x[0] ** 2
-        return 8.0 * abs(kink) + (1.0 - x[0]) ** 2, np.array([-16.0 * x[0] * np.sign(kink) - 2.0 * (1.0 - x[0]), 8.0 * np.sign(kink)])
+        return 8.0 * abs(kink) + (1.0 - x[0]) ** 2, np.array(
+            [-16.0 * x[0] * np.sign(kink) - 2.0 * (1.0 - x[0]), 8.0 * np.sign(kink)]
+        )
 
     for upper, expected in ((5.0, [1.0, 1.0]), (0.5, [0.5, 0.25])):
         box = np.full(2, -5.0), np.array([upper, 5.0])
@@ -82,7 +86,9 @@ def test_newton_finds_a_defective_eigenvalue_exactly() -> None:
     p = ca.SX.sym("p", 2)
     family = Family(p, {"A0": ca.blockcat([[0, 1, 0], [0, 0, 1], [-1, -p[1], -p[0]]])})
     dense, box = DenseFamily(family), np.array([[0.0, 0.0], [9.0, 9.0]])
-    near = min(coalesced(dense, np.array([2.5, 3.6]), *box, (0.0,), np.ones(2)), key=lambda q: float(np.abs(q - 3.0).max()))
+    near = min(
+        coalesced(dense, np.array([2.5, 3.6]), *box, (0.0,), np.ones(2)), key=lambda q: float(np.abs(q - 3.0).max())
+    )
     within(near, [3.0, 3.0], 1e-8, "coefficients")
     (group,) = groups(dense, near, (0.0,), 0.1)
     within(group.mean, -1.0, 1e-8, "mean of the group")
@@ -104,8 +110,9 @@ def test_no_random_point_is_better(seed: int) -> None:
 def test_several_speeds_and_a_spent_budget() -> None:
     family = random_family(7, size=4)
     result = minimise_abscissa(family, -2.0, 2.0, speeds=(0.0, 1.0, 2.0), starts=4)
-    matrices = [np.linalg.solve(*(family.at(result.p).part(k) for k in ("E", "A0"))) for _ in (0,)]
-    assert result.abscissa >= np.linalg.eigvals(matrices[0]).real.max() - 1e-9
+    m = family.at(result.p)
+    matrices = [np.linalg.solve(m.part("E"), m.part("A0") + s * m.part("A1")) for s in (0.0, 1.0, 2.0)]
+    within(result.abscissa, max(np.linalg.eigvals(a).real.max() for a in matrices), 1e-9, "worst abscissa")
     short = minimise_abscissa(family, -2.0, 2.0, budget=5)
     assert len(short.starts) == 1
     assert short.eigendecompositions < 2000
@@ -161,7 +168,7 @@ def test_largest_stable_speed_of_random_matrices(seed: int) -> None:
     moves = [ca.DM(rng.normal(size=(4, 4))) for _ in range(4)]
     A0 = -3.0 * ca.DM.eye(4) + p[0] * moves[0] + p[1] * moves[1]
     family = Family(p, {"A0": A0, "A1": moves[2] + p[0] * p[1] * moves[3]})
-    result = largest_stable(family, -3.0, 3.0, 20.0, starts=4, seed=seed)
+    result = largest_stable(family, -3.0, 3.0, 20.0, starts=3, seed=seed)
     assert result.certified
     m = family.at(result.p)
     for speed in np.linspace(0.0, result.speed * (1.0 - 1e-6), 100):

@@ -1,8 +1,8 @@
 """The smallest spectral abscissa of a matrix family over a box: how fast every motion of a system can be made to decay.
 
-Starts on several scales go downhill by nonsmooth BFGS. If they agree, that is the answer. If not, they are stuck on kinks: the
-best ones follow the minimiser of the smoothed abscissa as the smoothing is withdrawn, which leads over the kinks, and Newton's
-method makes groups of eigenvalues coincide that are about to. Whatever is best by numpy's eigenvalues is returned.
+Starts on several scales go downhill by nonsmooth BFGS, until most are stuck on kinks. The best one then follows the minimiser of the
+smoothed abscissa as the smoothing is withdrawn, which leads over the kinks, and Newton's method makes groups of eigenvalues coincide
+that are about to; so do others until two agree. Nonsmooth BFGS on the abscissa itself has the last word.
 """
 
 from __future__ import annotations
@@ -26,23 +26,20 @@ from .smoothed import SmoothedAbscissa
 CONVERGED = "converged"
 UNCONVERGED = "out of evaluations"
 
-AGREEMENT = 3
-"""Starts that end at the same abscissa, and are the best, are believed."""
-
-SAME = 1e-3
-"""Relative difference of abscissas that are the same."""
-
 DECADES = 4.0
 """Starts are random in boxes between the whole one and one so many powers of ten smaller, around the origin."""
 
 SMOOTHINGS = (1e-3, 1e-5, 1e-7, 1e-9)
 """Reciprocal energies of the smoothed abscissa, one after the other."""
 
-FOLLOWED = 3
-"""Starts that are followed through the smoothing, at most: the best one, and others until one converges."""
+FOLLOWED = 4
+"""Starts that are followed through the smoothing, at most: the best ones, until two lead to the same abscissa."""
 
-STAGE = 150
-"""Evaluations of one search from one start at one smoothing."""
+SAME = 1e-2
+"""Relative difference of abscissas that are the same."""
+
+FIRST, STAGE = 60, 120
+"""Evaluations of the search from each start, and at each smoothing."""
 
 LAST = 500
 """Evaluations of the last search."""
@@ -61,6 +58,7 @@ class AbscissaResult:
     abscissa : float
         Largest real part of the eigenvalues at p, as numpy computes them; over all speeds.
     status : {"converged", "out of evaluations"}
+        Converged if two starts led to the same abscissa and the last search ended by itself.
     groups : tuple of Group
         Eigenvalues at the abscissa that are near one another. A group of several is close to a multiple eigenvalue at its
         mean, which is what an exact p would have; rounding splits it.
@@ -133,27 +131,35 @@ def minimise_abscissa(
     search = Descent(family, box, tuple(float(s) for s in speeds), budget)
     ends = []
     for p, unit in starting_points(box, starts, seed):
-        ends.append(search.descend(p, unit))
-        values = sorted(e[0] for e in ends)
-        agreed = len(values) >= AGREEMENT and values[AGREEMENT - 1] - values[0] <= SAME * abs(values[0])
-        if agreed or search.spent():
+        ends.append(search.descend(p, unit, FIRST))
+        if search.spent():
             break
     ends.sort(key=lambda e: e[0])
-    refined: list[tuple[float, Array, bool]] = []
+    refined: list[tuple[float, Array]] = []
+    agreed = False
     for _, p, _ in ends[:FOLLOWED]:
-        refined.append(search.refine(p, smooth=not agreed))
-        if refined[-1][2] or search.spent():
+        refined.append(search.refine(p))
+        refined.sort(key=lambda e: e[0])
+        agreed = len(refined) > 1 and refined[1][0] - refined[0][0] <= SAME * abs(refined[0][0])
+        if agreed or search.spent():
             break
-    _, best, converged = min(refined, key=lambda e: e[0])
+    best = refined[0][1]
+    unit = typical(best)
+    _, best, converged = search.descend(best, unit, LAST)
     return AbscissaResult(
         best,
-        search.abscissa(best),
-        CONVERGED if converged else UNCONVERGED,
+        Descent(family, box, search.speeds, scaled=False).abscissa(best),
+        CONVERGED if converged and (agreed or starts == 1) else UNCONVERGED,
         groups(search.dense, best, search.speeds, GROUP),
         tuple(e[0] for e in ends),
-        search.dense.evaluations,
+        search.dense.evaluations + len(search.speeds),
         time.perf_counter() - clock,
     )
+
+
+def typical(p: Array) -> Array:
+    """Typical changes of parameters near a point: as large as they are, or as their mean."""
+    return np.asarray(np.maximum(np.abs(p), np.abs(p).mean() + 1e-300))
 
 
 def bounds(family: Family, lower: Sequence[float] | Array | float, upper: Sequence[float] | Array | float) -> Array:
@@ -199,11 +205,18 @@ class Descent:
         The worst counts.
     budget : int
         Largest number of eigendecompositions.
+    scaled : bool
+        Balance the states.
     """
 
-    def __init__(self, family: Family, box: Array, speeds: tuple[float, ...], budget: int = 20_000):
+    def __init__(
+        self, family: Family, box: Array, speeds: tuple[float, ...], budget: int = 20_000, *, scaled: bool = True
+    ):
         self.box, self.speeds, self.budget = box, speeds, budget
-        middle = DenseFamily(family).at(np.clip(0.0, *box) * 0.9 + 0.05 * box.sum(axis=0))
+        self.dense = DenseFamily(family)
+        if not scaled:
+            return
+        middle = self.dense.at(np.clip(0.0, *box) * 0.9 + 0.05 * box.sum(axis=0))
         weights = sum(np.abs(middle.matrix(s)) for s in speeds)
         self.dense = DenseFamily(family, sla.matrix_balance(weights, permute=False, separate=True)[1][0])
 
@@ -225,25 +238,24 @@ class Descent:
         value, weights, speed = max(found, key=lambda f: f[0])
         return value, point.slope(weights, speed).real
 
-    def descend(self, p: Array, unit: Array, evaluations: int = STAGE) -> tuple[float, Array, bool]:
+    def descend(self, p: Array, unit: Array, evaluations: int) -> tuple[float, Array, bool]:
         """Nonsmooth BFGS on the abscissa itself."""
         found = minimise(self, p, *self.box, unit=unit, evaluations=evaluations)
         return found.value, found.x, found.converged
 
-    def refine(self, p: Array, smooth: bool) -> tuple[float, Array, bool]:
-        """Over kinks by smoothing, then to multiple eigenvalues, and down to rounding."""
-        unit = np.maximum(np.abs(p), np.abs(p).mean() + 1e-300)
+    def refine(self, p: Array) -> tuple[float, Array]:
+        """Over kinks by smoothing, then to multiple eigenvalues."""
+        unit, (lower, upper) = typical(p), self.box
         rate = float(np.median(np.abs(np.linalg.eigvals(self.dense.at(p).matrix(self.speeds[0]))))) + 1e-300
         visited = [p]
-        for smoothing in SMOOTHINGS if smooth else ():
+        for smoothing in SMOOTHINGS:
             if self.spent():
                 break
             smoothed = SmoothedAbscissa(self.dense, self.speeds, 1.0 / (smoothing * rate))
-            p = minimise(smoothed, p, *self.box, unit=unit, evaluations=STAGE, tolerance=1e-6).x
+            p = minimise(smoothed, p, lower, upper, unit=unit, evaluations=STAGE, tolerance=1e-6).x
             visited.append(p)
-        visited.extend(coalesced(self.dense, p, *self.box, self.speeds, unit))
-        best = min(visited, key=self.abscissa)
-        return self.descend(best, unit, LAST)
+        visited.extend(coalesced(self.dense, p, lower, upper, self.speeds, unit))
+        return min(((self.abscissa(q), q) for q in visited), key=lambda e: e[0])
 
 
 def rightmost(a: Array) -> tuple[float, Array]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
@@ -199,12 +199,14 @@ def _driven(
     problem: DesignProblem, case: Scenario | None, loop: System, quantity: str, end: float
 ) -> tuple[float, float]:
     factor = 1.0 if case is None else case.unbalance
-    near = [c.speed * (1.0 + k * max(c.damping_ratio, 1e-3)) for c in critical_speeds(loop, end) for k in (-0.5, 0.0, 0.5)]
+    near = [
+        c.speed * (1.0 + k * max(c.damping_ratio, 1e-3)) for c in critical_speeds(loop, end) for k in (-0.5, 0.0, 0.5)
+    ]
     grid = np.unique(np.concatenate([np.linspace(end / WHIRL, end, WHIRL), [s for s in near if 0.0 < s < end]]))
     best = (0.0, end)
     patterns = [p.amounts for p in problem.patterns]
     own = tuple(d.unbalance for d in loop.machine.rotor.disks)
-    for amounts in patterns or [None]:
+    for amounts in cast(list[tuple[float, ...] | None], patterns) or [None]:
         machine = loop.machine if amounts is None else with_pattern(loop.machine, amounts, factor)
         if amounts is None and factor != 1.0:
             machine = replace(machine, {f"rotor.disks[{i}].unbalance": u * factor for i, u in enumerate(own)})

@@ -32,7 +32,7 @@ class Coordinates:
     @property
     def size(self) -> int:
         """Number of states kept."""
-        return self.right.shape[1]
+        return int(self.right.shape[1])
 
 
 def identity(size: int) -> Coordinates:
@@ -58,7 +58,9 @@ def modal(member: Member, displacements: int, speed: float, modes: int | None = 
     a0, a1, mass = member.part("A0"), member.part("A1"), member.part("E")[n : 2 * n, n : 2 * n]
     stiffness = -a0[n : 2 * n, :n]
     subset = None if modes is None else (0, modes - 1)
-    squares, shapes = sla.eigh((stiffness + stiffness.conj().T) / 2.0, (mass + mass.conj().T) / 2.0, subset_by_index=subset)
+    squares, shapes = sla.eigh(
+        (stiffness + stiffness.conj().T) / 2.0, (mass + mass.conj().T) / 2.0, subset_by_index=subset
+    )
     scale = np.maximum(np.sqrt(np.abs(squares)), SLOWEST)
     controllers = np.eye(len(a0) - 2 * n)
     right = sla.block_diag(shapes / scale, shapes, controllers)

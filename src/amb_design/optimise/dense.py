@@ -26,15 +26,15 @@ class DenseFamily:
     Attributes
     ----------
     evaluations : int
-        Matrices that were decomposed at the request of the modules that use this one.
+        Decompositions, as counted by the modules that make them.
     """
 
     def __init__(self, family: Family, scale: Array | None = None):
         self.family = family
         self.scale = np.ones(family.size) if scale is None else scale
         self.evaluations = 0
-        self._places = {
-            name: [(unit, *family._slots[name, k]) for k, unit in enumerate((1.0, 1j))]
+        self._places: dict[str, list[tuple[complex, slice, Array, Array]]] = {
+            name: [(unit, *family.slots[name, k]) for k, unit in enumerate((1.0, 1j))]
             for name in ("E", "A0", "A1")
             if name in family.shapes
         }
@@ -46,7 +46,7 @@ class DenseFamily:
         ----------
         p : ndarray, shape (parameters,)
         """
-        values, jacobian = self.family._evaluate(p)
+        values, jacobian = self.family.nonzeros(p)
         return Point(self, values.full()[:, 0], jacobian.full())
 
     def part(self, name: str, values: Array) -> Array | None:

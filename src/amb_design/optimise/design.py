@@ -89,7 +89,7 @@ class Design:
 
     @property
     def status(self) -> str:
-        """"verified optimum", "verified, but the search ran out of evaluations", "rejected" or "infeasible"."""
+        """ "verified optimum", "verified, but the search ran out of evaluations", "rejected" or "infeasible"."""
         if self.best is None:
             return REJECTED if self.rejected else CONFLICT
         return SUCCESS if self.best.outcome.status == FOUND else UNCONVERGED
@@ -182,7 +182,9 @@ class Design:
             worst = max(self.rejected[0].excesses, key=lambda e: e.excess)
             name = worst.quantity.replace("_", " ")
             return f"on the full model, {name} is beyond its limit by {100.0 * worst.excess:.3g} %"
-        told = [f"{c['quantity'].replace('_', ' ')} by {100.0 * c['value']:.3g} % ({c['place']})" for c in self.conflicts]
+        told = [
+            f"{c['quantity'].replace('_', ' ')} by {100.0 * c['value']:.3g} % ({c['place']})" for c in self.conflicts
+        ]
         what = " against ".join(told) or f"all of them, by {100.0 * self.outcomes[0].violation:.3g} % at best"
         return f"limits that cannot be held together: {what}"
 

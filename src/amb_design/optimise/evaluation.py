@@ -14,7 +14,7 @@ from ..spec.problem import DesignProblem, Limit, Measure, Scenario
 from .coordinates import Coordinates, modal
 from .loop_family import LoopFamily, loop_family
 from .measures import critical, loops, modes, statics, whirl
-from .measures.samples import Samples, joined
+from .measures.samples import Samples
 from .state import State
 from .variables import Scaling
 
@@ -268,9 +268,8 @@ class Evaluator:
         if self.problem.seeks_speed:
             return LOWEST
         name, upper = self.problem.objective.quantity, self.problem.objective.kind.upper
-        p, found = self.scaling.values(x), []
-        for case in self.cases:
-            found.append(case.samples(case.state(p, modes), self.problem.top_speed)[name].values)
+        p, end = self.scaling.values(x), self.problem.top_speed
+        found = [case.samples(case.state(p, modes), end)[name].values for case in self.cases]
         value = float(np.concatenate(found).max() if upper else np.concatenate(found).min())
         self.scale = abs(value) or 1.0
         return -value / self.scale if upper else value / self.scale

@@ -35,6 +35,13 @@ class Family:
     parts : mapping of str to Pair or casadi.SX
         ``A0`` and any of ``E``, ``A1`` (square), ``F``, ``G`` (inputs and their rates), ``C`` (outputs) in terms of p.
 
+    Attributes
+    ----------
+    nonzeros : casadi.Function
+        Nonzeros of all parts, and their Jacobian, as functions of p.
+    slots : dict
+        By part and 0 or 1 (real or imaginary part): which of the nonzeros are its, their rows and columns.
+
     Raises
     ------
     ModelError
@@ -49,23 +56,27 @@ class Family:
         pairs = {name: part if isinstance(part, Pair) else real(ca.SX(part)) for name, part in parts.items()}
         unknown = set(pairs) - set(PARTS)
         if unknown or "A0" not in pairs:
-            raise ModelError(f"a family needs A0 and takes {', '.join(PARTS)}, but got {', '.join(sorted(pairs)) or 'nothing'}")
+            raise ModelError(
+                f"a family needs A0 and takes {', '.join(PARTS)}, but got {', '.join(sorted(pairs)) or 'nothing'}"
+            )
         self.size = pairs["A0"].shape[0]
         for name in ("E", "A0", "A1"):
             if name in pairs and pairs[name].shape != (self.size, self.size):
                 raise ModelError(f"{name} has the shape {pairs[name].shape}; {self.size} x {self.size} is expected")
         self.parameters = int(p.shape[0])
-        columns, self._slots, start = [], {}, 0
+        columns: list[ca.SX] = []
+        self.slots: dict[tuple[str, int], tuple[slice, Array, Array]] = {}
+        start = 0
         for name, pair in pairs.items():
             for k, matrix in enumerate((pair.re, pair.im)):
                 matrix = ca.SX(matrix)
                 rows, cols = (np.array(t, int) for t in matrix.sparsity().get_triplet())
-                self._slots[name, k] = (slice(start, start + len(rows)), rows, cols)
-                columns.append(ca.vertcat(*matrix.nonzeros()) if len(rows) else ca.SX(0, 1))
+                self.slots[name, k] = (slice(start, start + len(rows)), rows, cols)
+                columns.append(matrix.nz[:])
                 start += len(rows)
         self.shapes = {name: pair.shape for name, pair in pairs.items()}
         values = ca.vertcat(*columns)
-        self._evaluate = ca.Function("family", [p], [values, ca.jacobian(values, p)])
+        self.nonzeros = ca.Function("family", [p], [values, ca.jacobian(values, p)])
 
     @classmethod
     def from_function(cls, A0: ca.Function, A1: ca.Function | None = None) -> Family:
@@ -94,7 +105,7 @@ class Family:
         ----------
         p : ndarray, shape (parameters,)
         """
-        values, jacobian = self._evaluate(p)
+        values, jacobian = self.nonzeros(p)
         return Member(self, np.array(p, float), values.full()[:, 0], jacobian.sparse().tocsr())
 
 
@@ -124,7 +135,7 @@ class Member:
             return np.eye(f.size) if name == "E" else np.zeros((f.size, f.size))
         out = np.zeros(f.shapes[name], complex)
         for k, unit in enumerate((1.0, 1j)):
-            where, rows, cols = f._slots[name, k]
+            where, rows, cols = f.slots[name, k]
             out[rows, cols] += unit * self.values[where]
         return out if out.imag.any() else out.real
 
@@ -135,7 +146,7 @@ class Member:
         for name in self.family.shapes:
             pieces = []
             for k, unit in enumerate((1.0, 1j)):
-                where, rows, cols = self.family._slots[name, k]
+                where, rows, cols = self.family.slots[name, k]
                 block = self.jacobian[where]
                 moves = np.flatnonzero(np.diff(block.indptr))
                 if len(moves):

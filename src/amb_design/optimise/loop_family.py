@@ -9,7 +9,7 @@ import numpy as np
 
 from ..analysis.system import Array
 from ..model.loop import Pencil, Structure, close, structure
-from ..model.mesh import Mesh, plan
+from ..model.mesh import plan
 from ..model.pair import real
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
@@ -81,15 +81,17 @@ def loop_family(
     p = ca.SX.sym("p", len(problem.variables))
     nominal = _scaled(problem.with_values(values or problem.start()), scenario)
     mesh = plan(nominal)
-    symbolic = _scaled(problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True))), scenario)
+    symbolic = _scaled(
+        problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True))), scenario
+    )
     plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
     pencil = close(plant)
     disturb, disturb_rate, outputs = _ports(plant, pencil)
-    parts = {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, "F": disturb, "G": disturb_rate, "C": outputs}
+    ports = {"F": real(disturb), "G": real(disturb_rate), "C": real(outputs)}
     return LoopFamily(
         problem,
         scenario,
-        Family(p, {name: part if name in ("E", "A0", "A1") else real(ca.SX(part)) for name, part in parts.items()}),
+        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **ports}),
         p,
         symbolic,
         plant,

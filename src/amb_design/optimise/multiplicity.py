@@ -20,8 +20,8 @@ from .dense import DenseFamily, Point
 STEPS = 20
 """Newton steps for one guess of the groups."""
 
-SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 2.0)
-"""Guesses of how near eigenvalues of one group are, relative to the rightmost one."""
+NEIGHBOURS = 7
+"""Guesses of how near eigenvalues of one group are: as near as the rightmost one's neighbours, up to so many of them."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +54,35 @@ def groups(dense: DenseFamily, p: Array, speeds: tuple[float, ...], size: float)
     size : float
         Eigenvalues nearer to one another than this times the modulus of the rightmost one belong together.
     """
+    spectra = _spectra(dense, p, speeds)
+    distance = size * abs(_rightmost(spectra))
+    return _grouped(spectra, distance, 0.01 * distance)
+
+
+Spectra = list[tuple[float, Array, bool]]
+"""Speed, eigenvalues, and whether the matrix is real."""
+
+
+def _spectra(dense: DenseFamily, p: Array, speeds: tuple[float, ...]) -> Spectra:
     point = dense.at(p)
     dense.evaluations += len(speeds)
     matrices = [point.matrix(s) for s in speeds]
-    spectra = [np.linalg.eigvals(a) for a in matrices]
-    rightmost = max((v[np.argmax(v.real)] for v in spectra), key=lambda v: v.real)
-    distance = size * abs(rightmost)
+    return [(s, np.linalg.eigvals(a), np.isrealobj(a)) for s, a in zip(speeds, matrices, strict=True)]
+
+
+def _rightmost(spectra: Spectra) -> complex:
+    return complex(max((v[np.argmax(v.real)] for _, v, _ in spectra), key=lambda v: v.real))
+
+
+def _grouped(spectra: Spectra, distance: float, window: float) -> tuple[Group, ...]:
+    """Groups of eigenvalues linked by steps no longer than a distance, if they reach into a window at the abscissa."""
+    abscissa = _rightmost(spectra).real
     out = []
-    for speed, a, values in zip(speeds, matrices, spectra, strict=True):
+    for speed, values, real in spectra:
         for members in _linked(values, distance):
             group = Group(speed, values[members])
-            conjugate = np.isrealobj(a) and group.mean.imag < -1e-9 * abs(group.mean)
-            if group.values.real.max() >= rightmost.real - distance and not conjugate:
+            conjugate = real and group.mean.imag < -1e-9 * abs(group.mean)
+            if group.values.real.max() >= abscissa - window and not conjugate:
                 out.append(group)
     return tuple(out)
 
@@ -99,8 +116,10 @@ def coalesced(
         Every iterate: the best of them need not be the last.
     """
     tried: set[tuple[int, ...]] = set()
-    for size in SIZES:
-        found = groups(dense, p, speeds, size)
+    spectra = _spectra(dense, p, speeds)
+    nearby = np.sort(np.abs(np.concatenate([v for _, v, _ in spectra]) - _rightmost(spectra)))
+    for distance in np.unique(nearby[1 : NEIGHBOURS + 1]):
+        found = _grouped(spectra, 1.001 * float(distance), float(distance))
         shape = tuple(len(g.values) for g in found)
         if shape not in tried and max(shape) > 1:
             tried.add(shape)
@@ -111,6 +130,7 @@ def _newton(
     dense: DenseFamily, p: Array, found: tuple[Group, ...], lower: Array, upper: Array, unit: Array
 ) -> Iterator[Array]:
     radius = 0.5 * float(np.linalg.norm(p / unit)) + 0.1
+    shortest, stuck = np.inf, 0
     for _ in range(STEPS):
         point = dense.at(p)
         conditions = []
@@ -126,6 +146,10 @@ def _newton(
         jacobian = np.vstack([*(c[4] * unit for c in known), slopes[1:] - slopes[0]])
         step, along = _step(residuals, jacobian, slopes[0])
         length = float(np.linalg.norm(step))
+        stuck = stuck + 1 if length > max(0.7 * shortest, 1e-3 * radius) else 0
+        shortest = min(shortest, length)
+        if stuck > 4:  # these eigenvalues do not coalesce nearby
+            return
         descent = along * min(1.0, 0.1 * radius / max(float(np.linalg.norm(along)), 1e-300))
         step = step * min(1.0, radius / max(length, 1e-300)) - descent
         p = np.clip(p + unit * step, lower, upper)

@@ -80,7 +80,8 @@ def minimise(
         value, slope = function(inside)
         out = z - inside / unit
         outside = np.abs(out) > 1e-15 * np.abs(z)
-        return value + penalty * float(np.abs(out[outside]).sum()), np.where(outside, penalty * np.sign(out), slope * unit)
+        excess = penalty * float(np.abs(out[outside]).sum())
+        return value + excess, np.where(outside, penalty * np.sign(out), slope * unit)
 
     z = x / unit
     value, slope = boxed(z)

@@ -174,7 +174,9 @@ def search(
         if settings.curvature and not frozen_level:
             trace.hessian = hessian = _learnt(hessian, step, trace.rows, rows, multipliers)
         if ratio > 0.05:
-            idle = idle + 1 if won < settings.progress * max(trace.level, 1e-3) and after <= settings.tolerance * 10 else 0
+            idle = (
+                idle + 1 if won < settings.progress * max(trace.level, 1e-3) and after <= settings.tolerance * 10 else 0
+            )
             trace.x, trace.level, trace.rows = new_x, new_level, rows
             trace.history.append((trace.evaluations, new_level, rows.worst))
             cuts = []
@@ -216,7 +218,9 @@ class _Program:
         self.active = np.flatnonzero(values + 1.5 * reach > least)
         self.scale = np.maximum(np.abs(slopes[self.active]).max(axis=1, initial=0.0), 0.1)
         self.matrix = np.hstack([slopes[self.active], -np.ones((len(self.active), 1))]) / self.scale[:, None]
-        self.unit = radius  # the program is solved in units of the radius, so that small steps are as exact as large ones
+        self.unit = (
+            radius  # the program is solved in units of the radius, so that small steps are as exact as large ones
+        )
         self.bound = -values[self.active] / self.scale / radius
         up = 0.0 if frozen else max(min(wide, settings.highest - trace.level), 0.0)
         down = 0.0 if frozen else min(wide, trace.level if np.isfinite(settings.highest) else np.inf)
@@ -260,7 +264,7 @@ def _learnt(hessian: Array, step: Array, old: Rows, new: Rows, multipliers: Arra
     index: dict[Any, list[int]] = {}
     for i, key in enumerate(new.keys):
         index.setdefault(key, []).append(i)
-    for i in np.flatnonzero(multipliers > 1e-9):
+    for i in np.flatnonzero(multipliers > 1e-9).tolist():
         candidates = index.get(old.keys[i], [])
         if not candidates:
             continue

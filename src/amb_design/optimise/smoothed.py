@@ -62,13 +62,15 @@ class SmoothedAbscissa:
                 low, distance = distance, 2.0 * distance
                 continue
             excess = math.log(trace / self.energy)
-            if abs(excess) < 1e-10:
+            exponent = 0.5 * excess * trace / (product * distance)
+            if abs(excess) < 1e-4:  # the last step is taken without looking: what is left is of second order
+                distance *= 1.0 + exponent
                 break
             low, high = (distance, high) if excess > 0.0 else (low, distance)
-            exponent = 0.5 * excess * trace / (product * distance)
             new = distance * math.exp(min(max(exponent, -3.0), 3.0))
             if not low < new < high:
-                new = math.sqrt(low * high) if low > 0.0 and high < math.inf else distance * (2.0 if excess > 0.0 else 0.5)
+                outward = distance * (2.0 if excess > 0.0 else 0.5)
+                new = math.sqrt(low * high) if low > 0.0 and high < math.inf else outward
             if high - low <= 1e-14 * distance:
                 break
             distance = new

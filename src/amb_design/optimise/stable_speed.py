@@ -33,7 +33,7 @@ UNCONVERGED = "out of evaluations"
 TOP = "stable up to the top"
 UNSTABLE = "no stable point found at rest"
 
-ROUNDS = 12
+ROUNDS = 10
 """Searches from one start, each followed by a walk."""
 
 GAIN = 1e-6
@@ -182,7 +182,7 @@ def largest_stable(
         Random starts on several scales.
     seed : int
     evaluations : int
-        Largest number of evaluations of a search; a start may take twelve.
+        Largest number of evaluations of a search; a start may take ten.
 
     Returns
     -------
@@ -249,7 +249,7 @@ class _Climb:
         if not speed > 0.0:
             return _End(p, 0.0, UNSTABLE, certified)
         fractions = list(FRACTIONS)
-        best = _End(p, speed, UNCONVERGED, certified)
+        best, idle = _End(p, speed, UNCONVERGED, certified), 0
         for _ in range(ROUNDS):
             if best.speed >= self.top:
                 return _End(best.p, best.speed, TOP, best.certified)
@@ -261,8 +261,9 @@ class _Climb:
             gained = speed > best.speed * (1.0 + GAIN)
             if speed > best.speed:
                 best = _End(p, speed, UNCONVERGED, certified)
-            if not missed and not gained and settled:
-                return _End(best.p, best.speed, CONVERGED, best.certified)
+            idle = 0 if gained else idle + 1
+            if not gained and settled and (not missed or idle > 2):
+                return _End(best.p, best.speed, UNCONVERGED if missed else CONVERGED, best.certified)
         return best
 
     def _reach(self, p: Array) -> tuple[float, bool]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -125,7 +124,9 @@ class Starter:
         settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
         level = self.evaluator.start_level(x, self.modes)
         low = level if self.problem.seeks_speed else -1e3
-        trace = self._search(x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True)
+        trace = self._search(
+            x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True
+        )
         if trace.rows.worst > settings.tolerance:
             return self._outcome(index, trace, INFEASIBLE, clock)
         level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)

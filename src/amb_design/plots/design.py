@@ -8,19 +8,17 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..analysis.campbell import Campbell
-from ..analysis.stability import StabilityLimit
+from ..analysis.stability import FOUND, StabilityLimit
 from ..optimise.answers import ParetoPoint
 from ..optimise.design import Design
 from ..optimise.start import INFEASIBLE
 from ..spec.quantities import QUANTITIES
 from ..units import RPM, unit_shown
-from .base import COLOURS, FAINT, GREY, INK, RED, canvas, legend_above, note
+from .base import COLOURS, FAINT, GREY, INK, canvas, legend_above, note
 from .damping import real_part
 
 
-def real_parts(
-    diagrams: Mapping[str, Campbell], limits: Mapping[str, StabilityLimit], ax: Axes | None = None
-) -> Axes:
+def real_parts(diagrams: Mapping[str, Campbell], limits: Mapping[str, StabilityLimit], ax: Axes | None = None) -> Axes:
     """Draw the largest real part of several machines, such as before and after.
 
     Parameters
@@ -36,7 +34,11 @@ def real_parts(
     """
     with canvas(ax) as ax:
         for name, diagram in diagrams.items():
-            real_part(diagram, limit=limits[name], label=name, ax=ax)
+            limit = limits[name]
+            text = f"SLS {limit.speed_rpm:.0f} rpm" if limit.status == FOUND else limit.status
+            real_part(diagram, label=f"{name}: {text}", ax=ax)
+            if limit.status == FOUND:
+                ax.plot([limit.speed_rpm], [0.0], "o", color=ax.lines[-1].get_color(), markersize=5.5, zorder=4)
     return ax
 
 
@@ -72,7 +74,9 @@ def convergence(design: Design, ax: Axes | None = None) -> Axes:
             ax.plot(history[~held, 0], history[~held, 1] / scale, ".", color=colour, alpha=0.25, markersize=4.0)
             if held.any():
                 best = (np.minimum if kind.upper else np.maximum).accumulate(history[held, 1])
-                ax.plot(history[held, 0], best / scale, ".-", color=colour, linewidth=1.2, label=f"start {outcome.index}")
+                ax.plot(
+                    history[held, 0], best / scale, ".-", color=colour, linewidth=1.2, label=f"start {outcome.index}"
+                )
         left_out = sum(o.status == INFEASIBLE for o in design.outcomes)
         if left_out:
             note(ax, f"{left_out} of {len(design.outcomes)} starts found no point within the limits", GREY, below=True)
@@ -102,7 +106,7 @@ def limit_sensitivities(design: Design, count: int = 12, ax: Axes | None = None)
     chosen = design.sensitivities[:count][::-1]
     values = np.array([s for _, s in chosen])
     with canvas(ax, height=0.9 + 0.24 * len(chosen)) as ax:
-        ax.barh(range(len(chosen)), values, color=[RED if v < 0.0 else COLOURS[0] for v in values], height=0.7)
+        ax.barh(range(len(chosen)), values, color=[COLOURS[1] if v < 0.0 else COLOURS[0] for v in values], height=0.7)
         ax.set_yticks(range(len(chosen)), [path for path, _ in chosen])
         ax.grid(visible=False, axis="y")
         ax.axvline(0.0, color=INK, linewidth=0.8)

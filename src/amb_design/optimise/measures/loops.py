@@ -99,7 +99,9 @@ def _peaks(view: _View, loop: int, above: float) -> Samples:
     near = np.abs(view.values.imag)
     width = np.abs(view.values.real)
     around = np.concatenate([near, near - width, near + width])
-    grid = np.unique(np.concatenate([np.geomspace(1e-4 * top, top, POINTS), around[(around > 1e-4 * top) & (around < top)]]))
+    grid = np.unique(
+        np.concatenate([np.geomspace(1e-4 * top, top, POINTS), around[(around > 1e-4 * top) & (around < top)]])
+    )
     size = np.abs(view.at(grid, loop))
     found = peaks(size)
     found = found[np.argsort(-size[found])][:PEAKS]

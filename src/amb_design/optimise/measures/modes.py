@@ -88,9 +88,7 @@ def stability(found: Modes) -> Samples:
     found : Modes
     """
     size = np.maximum(np.abs(found.values), WHIRL_FREQUENCY)
-    return found.samples(
-        -found.values.real / size, -found.slopes.real / size[:, None], -found.rates.real / size
-    )
+    return found.samples(-found.values.real / size, -found.slopes.real / size[:, None], -found.rates.real / size)
 
 
 def decay(found: Modes) -> Samples:
@@ -113,9 +111,7 @@ def damping(found: Modes) -> Samples:
     v = found.values
     size = np.maximum(np.abs(v), 1e-300)
     weight = 1.0 / size - v.real * v.conj() / size**3  # d(-Re v/abs(v)) = -Re(weight dv)
-    return found.samples(
-        -v.real / size, -(weight[:, None] * found.slopes).real, -(weight * found.rates).real
-    )
+    return found.samples(-v.real / size, -(weight[:, None] * found.slopes).real, -(weight * found.rates).real)
 
 
 def in_window(values: Array, window: tuple[float, float]) -> Array:

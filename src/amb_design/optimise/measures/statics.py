@@ -73,7 +73,9 @@ class Statics:
         ratio = frequency / end
         where = f"torsion at {frequency / (2.0 * np.pi):.4g} Hz, {rpm_text(end)}"
         rate = np.array([-ratio / end])
-        return Samples(np.array([ratio]), slope[None] / end, rate, (where,), np.array([end]), ("",), np.zeros(1, complex))
+        return Samples(
+            np.array([ratio]), slope[None] / end, rate, (where,), np.array([end]), ("",), np.zeros(1, complex)
+        )
 
 
 def _formula(measure: Measure, machine, end: ca.SX) -> list:  # type: ignore[no-untyped-def, type-arg]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ...analysis.system import Array
 from ...model import magnet as magnetics
+from ...spec.magnet import Magnet
 from ..loop_family import LoopFamily
 from ..state import State
 from .samples import Samples, joined, peaks, rpm_text
@@ -18,7 +20,14 @@ POINTS = 72
 ZOOMS = 10
 PEAKS = 3
 
-QUANTITIES = ("control_current", "control_current_ratio", "total_current", "flux_density", "voltage", "displacement_ratio")
+QUANTITIES = (
+    "control_current",
+    "control_current_ratio",
+    "total_current",
+    "flux_density",
+    "voltage",
+    "displacement_ratio",
+)
 
 
 class Magnets:
@@ -33,28 +42,38 @@ class Magnets:
     def __init__(self, loops: LoopFamily, quantities: Sequence[str]):
         self.quantities = tuple(quantities)
         current, motion, speed = (ca.SX.sym(name) for name in ("current", "motion", "speed"))
-        self._functions = []
+        self._functions: list[ca.Function] = []
+        self._maps: dict[tuple[int, int], ca.Function] = {}
         for magnet in loops.machine.magnets:
-            formulas = {
-                "control_current": lambda m: current,
-                "control_current_ratio": lambda m: current / m.bias_current,
-                "total_current": lambda m: m.bias_current + current,
-                "flux_density": lambda m: magnetics.flux_density(m, current, motion),
-                "voltage": lambda m: magnetics.voltage(m, speed, current, motion),
-                "displacement_ratio": lambda m: motion / (m.gap if m.clearance is None else m.clearance),
-            }
-            out = ca.vertcat(*[formulas[q](magnet) for q in self.quantities])
+            out = ca.vertcat(*[_formula(q, magnet, current, motion, speed) for q in self.quantities])
             inputs = ca.vertcat(current, motion, speed)
             args = [loops.p, current, motion, speed]
-            self._functions.append(ca.Function("magnet", args, [out, ca.jacobian(out, inputs), ca.jacobian(out, loops.p)]))
+            self._functions.append(
+                ca.Function("magnet", args, [out, ca.jacobian(out, inputs), ca.jacobian(out, loops.p)])
+            )
 
     def at(self, magnet: int, p: Array, current: Array, motion: Array, speed: Array) -> tuple[Array, Array, Array]:
         """Values (q, k), their derivatives to current, motion and speed (q, k, 3), and to the variables (q, k, n)."""
         k, q = len(current), len(self.quantities)
-        f = self._functions[magnet].map(k)
-        values, inner, outer = f(np.tile(p[:, None], k), current[None], motion[None], speed[None])
-        shaped = lambda m, width: m.full().reshape(q, k, width)  # noqa: E731
-        return values.full(), shaped(inner, 3), shaped(outer, len(p))
+        if (magnet, k) not in self._maps:
+            self._maps[magnet, k] = self._functions[magnet].map(k)
+        found = self._maps[magnet, k](np.tile(p[:, None], k), current[None], motion[None], speed[None])
+        values, inner, outer = (m.full() for m in found)
+        return values, inner.reshape(q, k, 3), outer.reshape(q, k, len(p))
+
+
+def _formula(quantity: str, m: Magnet, current: ca.SX, motion: ca.SX, speed: ca.SX) -> Any:
+    if quantity == "control_current":
+        return current
+    if quantity == "control_current_ratio":
+        return current / m.bias_current
+    if quantity == "total_current":
+        return m.bias_current + current
+    if quantity == "flux_density":
+        return magnetics.flux_density(m, current, motion)
+    if quantity == "voltage":
+        return magnetics.voltage(m, speed, current, motion)
+    return motion / (m.gap if m.clearance is None else m.clearance)
 
 
 @dataclass(frozen=True)
@@ -79,7 +98,9 @@ class UnbalanceMeasures:
         self.loops, self.bounds = loops, bounds
         self.magnets = Magnets(loops, tuple(bounds))
 
-    def samples(self, state: State, end: float, near: Array, points: int = POINTS, zooms: int = ZOOMS) -> dict[str, Samples]:
+    def samples(
+        self, state: State, end: float, near: Array, points: int = POINTS, zooms: int = ZOOMS
+    ) -> dict[str, Samples]:
         """The highest peaks up to the end of the range, and the values at its end.
 
         Parameters
@@ -155,7 +176,16 @@ class UnbalanceMeasures:
         return self.magnets.at(magnet, state.member.p, current, motion, speeds)
 
     def _refined(
-        self, state: State, magnet: int, k: int, j: int, grid: Array, values: Array, force: Array, above: float, zooms: int
+        self,
+        state: State,
+        magnet: int,
+        k: int,
+        j: int,
+        grid: Array,
+        values: Array,
+        force: Array,
+        above: float,
+        zooms: int,
     ) -> Array:
         """Speeds of the highest peaks, and the end of the range."""
         found = peaks(values)
@@ -176,16 +206,14 @@ class UnbalanceMeasures:
         states = self._respond(state, speeds, force[:, j : j + 1])[:, :, 0]
         amplitudes = self._amplitudes(state, magnet, states)
         values, inner, outer = self.magnets.at(magnet, member.p, amplitudes[0][0], amplitudes[1][0], speeds)
-        weights = sum(inner[k, :, i, None] * amplitudes[i][1] for i in (0, 1))
+        weights: Array = inner[k, :, 0, None] * amplitudes[0][1] + inner[k, :, 1, None] * amplitudes[1][1]
         matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
         adjoint = np.linalg.solve(matrices.transpose(0, 2, 1), (weights @ state.ports[2])[:, :, None])[:, :, 0]
         x, y = state.lifted(states, adjoint)
         slopes = state.forms(y, x, 1j * speeds, speeds) + member.form("C", weights, x)
         to_end = np.einsum("ki,ij,kj->k", adjoint, state.a1, states) - 1j * np.einsum("ki,ki->k", adjoint, states)
         to_end = (to_end + 2.0 * speeds * (adjoint @ f)).real + inner[k, :, 2]
-        where = tuple(
-            f"magnets[{magnet}], {self._pattern(j)}, {rpm_text(s)}" for s in speeds
-        )
+        where = tuple(f"magnets[{magnet}], {self._pattern(j)}, {rpm_text(s)}" for s in speeds)
         groups = tuple(f"{magnet} {j} {'end' if s == end else 'peak'}" for s in speeds)
         rates = np.where(speeds == end, to_end, 0.0)
         return Samples(values[k], slopes.real + outer[k], rates, where, speeds, groups, speeds + 0j)

@@ -1,0 +1,47 @@
+"""A few of the random problems of benchmarks/random_problems.py: what is called verified holds, and nothing crashes."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "random_problems.py"
+
+
+@pytest.fixture(scope="module")
+def script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("random_problems", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("seed", [1, 5, 7, 10, 13, 20])
+def test_designs_keep_their_promises(seed: int, script: ModuleType) -> None:
+    """On a finer mesh, at speeds of one's own, by code that shares nothing with the optimiser."""
+    record = script.run(seed)
+    assert record["status"] == "verified optimum", record
+    assert record["broken"] == []
+
+
+@pytest.mark.parametrize("seed", [2, 9])
+def test_hopeless_problems_are_called_infeasible(seed: int, script: ModuleType) -> None:
+    record = script.run(seed)
+    assert record["status"] == "infeasible", record
+
+
+@pytest.mark.parametrize("seed", [10, 13])
+def test_the_check_finds_what_is_wrong(seed: int, script: ModuleType) -> None:
+    """A check that never finds anything proves nothing: limits two per cent tighter than what the design reaches."""
+    problem, _ = script.problem_of(seed)
+    design = script.solve(problem, 1, seed, effort=script.EFFORT)
+    assert script.broken_promises(design, seed) == []
+    limits = {row.quantity: row.value * (0.98 if row.upper else 1.02) for row in design.limits}
+    boast = dataclasses.replace(design, problem=dataclasses.replace(problem, limits=limits))
+    assert {b["quantity"] for b in script.broken_promises(boast, seed)} == set(limits)
