@@ -1,4 +1,4 @@
-# make demo: set up .venv and analyse the thesis rotor.  make test: set up .venv and run the tests.
+# make demo: set up .venv and design a controller for the thesis rotor.  make test: set up .venv and run the tests.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 .PHONY: demo test lint types check clean
 
 demo: $(VENV)/ready
-	$(BIN)/amb-design analyse thesis --out demo
+	$(BIN)/amb-design optimise thesis-pid --starts 4 --out demo
 
 test: $(VENV)/ready
 	$(BIN)/python -m pytest -n auto

@@ -114,16 +114,3 @@ def test_anisotropic_scenario(two_planes: ad.Machine) -> None:
         scenarios={"soft": SOFT},
     )
     compare(problem, 900.0)
-
-
-def test_unbalance_of_the_disks_as_a_design_number() -> None:
-    """Where the problem has no patterns, the disks' own unbalances count, free and in scenarios."""
-    machine = ad.load("composite-spindle")
-    problem = ad.DesignProblem(
-        machine,
-        maximise="stability_limit",
-        free={"controller.kp": (1e4, 3e4), "rotor.disks[1].unbalance": (4e-6, 1e-5)},
-        limits={"displacement_ratio": 1e-4},
-        scenarios={"dirty": {"rotor.disks[2].unbalance": 3.0}},
-    )
-    compare(problem, 2500.0)

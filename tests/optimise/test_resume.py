@@ -99,7 +99,7 @@ def again(folder: Path, **changes: Any) -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"seed": SEED + 1}, {"problem": small_problem(limit=2.9)}, {"effort": Effort(4, 3, 3)}],
+    [{"seed": SEED + 1}, {"problem": small_problem(limit=2.9)}, {"effort": Effort(3, 2, 3)}],
     ids=["seed", "problem", "effort"],
 )
 def test_starts_of_something_else_are_refused(changes: dict[str, Any], uninterrupted: tuple[Path, float, Any]) -> None:

@@ -7,9 +7,9 @@ full model at speeds of their own, the stability limit from its certificate, and
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -20,7 +20,7 @@ from ..analysis.sensitivity import sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
 from ..analysis.system import Array, System, system
 from ..analysis.threads import one_thread
-from ..analysis.unbalance import major_axis, unbalance_response
+from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_response
 from ..model import magnet as magnetics
 from ..model import strength
 from ..model.mesh import plan
@@ -107,9 +107,11 @@ def audit(problem: DesignProblem, values: Mapping[str, float], end: float, finer
         machine = scenario_machine(base, case)
         loop = system(machine, plan(machine).finer(finer) if finer > 1 else None)
         limits[name] = stability_limit(loop, max(problem.top_speed, end), first_only=True)
-        for measure in asked:
-            for v, speed in _values(problem, case, loop, measure, end):
-                findings.append(Finding(measure.quantity, name, float(v), speed))
+        driven = [m.quantity for m in asked if m.quantity in DRIVEN]
+        found = _driven(problem, case, loop, driven, end) if driven else {}
+        for m in asked:
+            v, speed = found[m.quantity] if m.quantity in found else _value(loop, m, end)
+            findings.append(Finding(m.quantity, name, float(v), speed))
     return Audit(end, tuple(findings), limits)
 
 
@@ -126,38 +128,32 @@ def stable_up_to(limit: StabilityLimit) -> float:
     return limit.speed if limit.status in (FOUND, NONE) else 0.0
 
 
-def _values(
-    problem: DesignProblem, case: Scenario | None, loop: System, measure: Measure, end: float
-) -> Iterator[tuple[float, float | None]]:
+def _value(loop: System, measure: Measure, end: float) -> tuple[float, float | None]:
     q, machine = measure.quantity, loop.machine
     if q in ("damping_ratio", "decay_rate"):
-        yield _damping(loop, measure, end)
-    elif q == "sensitivity_peak":
-        worst = max(((sensitivity(loop, float(s)).worst.value, float(s)) for s in LOOPS * end), key=lambda p: p[0])
-        yield worst
-    elif q in DRIVEN:
-        yield _driven(problem, case, loop, q, end)
-    elif q == "separation_margin":
+        return _damping(loop, measure, end)
+    if q == "sensitivity_peak":
+        return max((sensitivity(loop, float(s)).worst.value, float(s)) for s in LOOPS * end)
+    if q == "separation_margin":
         service = float(machine.operation.service_speed)
         found = [
             (abs(c.speed / service - 1.0), c.speed)
             for c in critical_speeds(loop, 3.0 * service)
-            if c.whirl != "backward" and c.damping_ratio < AMPLIFIED
+            if (c.whirl != "backward" or not loop.complex_form) and c.damping_ratio < AMPLIFIED
         ]
-        yield min(found, default=(math.inf, None))
-    elif q == "torsional_ratio":
+        return min(found, default=(math.inf, None))
+    if q == "torsional_ratio":
         stiffness, inertia = (ca.DM(m).full() for m in strength.torsion(machine, loop.plant.mesh))
-        yield math.sqrt(sla.eigh(stiffness, inertia, eigvals_only=True)[1]) / end, end
-    elif q == "mass":
-        yield float(ca.DM(strength.rotor_mass(machine))), None
-    elif q == "copper_loss":
-        yield float(strength.copper_loss(machine)), None
-    elif q == "bias_current":
-        yield max(float(m.bias_current) for m in machine.magnets), None
-    elif q == "hoop_strain":
-        yield max(float(ca.DM(e)) for e in strength.hoop_strain(machine, measure.option("overspeed") * end)), end
-    else:
-        yield max(float(v) for v in strength.surface_speed(machine, end, measure.option("disks"))), end
+        return math.sqrt(sla.eigh(stiffness, inertia, eigvals_only=True)[1]) / end, end
+    if q == "mass":
+        return float(ca.DM(strength.rotor_mass(machine))), None
+    if q == "copper_loss":
+        return float(strength.copper_loss(machine)), None
+    if q == "bias_current":
+        return max(float(m.bias_current) for m in machine.magnets), None
+    if q == "hoop_strain":
+        return max(float(ca.DM(e)) for e in strength.hoop_strain(machine, measure.option("overspeed") * end)), end
+    return max(float(v) for v in strength.surface_speed(machine, end, measure.option("disks"))), end
 
 
 def _damping(loop: System, measure: Measure, end: float) -> tuple[float, float]:
@@ -196,36 +192,43 @@ def with_pattern(machine: Machine, amounts: tuple[float, ...], factor: float = 1
 
 
 def _driven(
-    problem: DesignProblem, case: Scenario | None, loop: System, quantity: str, end: float
-) -> tuple[float, float]:
+    problem: DesignProblem, case: Scenario | None, loop: System, quantities: Sequence[str], end: float
+) -> dict[str, tuple[float, float]]:
+    """Largest value and its speed of each quantity that the residual unbalance drives."""
     factor = 1.0 if case is None else case.unbalance
     near = [
         c.speed * (1.0 + k * max(c.damping_ratio, 1e-3)) for c in critical_speeds(loop, end) for k in (-0.5, 0.0, 0.5)
     ]
     grid = np.unique(np.concatenate([np.linspace(end / WHIRL, end, WHIRL), [s for s in near if 0.0 < s < end]]))
-    best = (0.0, end)
-    patterns = [p.amounts for p in problem.patterns]
-    own = tuple(d.unbalance for d in loop.machine.rotor.disks)
-    for amounts in cast(list[tuple[float, ...] | None], patterns) or [None]:
-        machine = loop.machine if amounts is None else with_pattern(loop.machine, amounts, factor)
-        if amounts is None and factor != 1.0:
-            machine = replace(machine, {f"rotor.disks[{i}].unbalance": u * factor for i, u in enumerate(own)})
+    best = dict.fromkeys(quantities, (0.0, end))
+    for machine in _unbalanced(problem, loop.machine, factor):
         rig = System(machine, loop.plant, loop.kept)
-        table = _curve(rig, quantity, grid)
-        k = int(np.argmax(table))
-        best = max(best, (float(table[k]), float(grid[k])))
-        if 0 < k < len(grid) - 1:  # closer to the peak
-            fine = np.linspace(grid[k - 1], grid[k + 1], 21)
-            table = _curve(rig, quantity, fine)
-            best = max(best, (float(table.max()), float(fine[int(np.argmax(table))])))
+        response = unbalance_response(rig, grid)
+        for q in quantities:
+            table = _curve(response, q)
+            k = int(np.argmax(table))
+            best[q] = max(best[q], (float(table[k]), float(grid[k])))
+            if 0 < k < len(grid) - 1:  # closer to the peak
+                fine = np.linspace(grid[k - 1], grid[k + 1], 21)
+                table = _curve(unbalance_response(rig, fine), q)
+                best[q] = max(best[q], (float(table.max()), float(fine[int(np.argmax(table))])))
     return best
 
 
-def _curve(loop: System, quantity: str, speeds: Array) -> Array:
+def _unbalanced(problem: DesignProblem, machine: Machine, factor: float) -> Iterator[Machine]:
+    """The machine with each residual unbalance, or with its own."""
+    if problem.patterns:
+        for pattern in problem.patterns:
+            yield with_pattern(machine, pattern.amounts, factor)
+    else:
+        own = {f"rotor.disks[{i}].unbalance": d.unbalance * factor for i, d in enumerate(machine.rotor.disks)}
+        yield replace(machine, own)
+
+
+def _curve(response: UnbalanceResponse, quantity: str) -> Array:
     """The quantity's largest value over the magnets at each speed."""
-    response = unbalance_response(loop, speeds)
-    out = np.zeros(len(speeds))
-    for i, m in enumerate(loop.machine.magnets):
+    speeds, out = response.speeds, np.zeros(len(response.speeds))
+    for i, m in enumerate(response.machine.magnets):
         current = response.peak_currents[:, i]
         motion = major_axis(response.at(float(m.position)))
         if quantity == "control_current":

@@ -14,6 +14,7 @@ from ..spec.problem import DesignProblem, Limit, Measure, Scenario
 from .coordinates import Coordinates, modal
 from .loop_family import LoopFamily, loop_family
 from .measures import critical, loops, modes, statics, whirl
+from .measures.modes import instability
 from .measures.samples import Samples
 from .state import State
 from .variables import Scaling
@@ -132,6 +133,10 @@ class Case:
             self._complete = modal(member, n, speed)
         return State(member, self._complete)
 
+    def afresh(self) -> None:
+        """Make the complete coordinates anew, from the next design."""
+        self._complete = None
+
     def samples(
         self, state: State, end: float, fractions: Array = FRACTIONS, checked: Array = CHECKED
     ) -> dict[str, Samples]:
@@ -154,7 +159,8 @@ class Case:
         found = modes.modes(state, fractions, end, real_form=real_form)
         out = {"stability": modes.stability(found)}
         if "decay_rate" in self.measures:
-            out["decay_rate"] = modes.decay(_whirling(found))
+            whirling = np.abs(state.spectra(fractions * end).values.imag) > WHIRL_FREQUENCY
+            out["decay_rate"] = modes.decay(modes.modes(state, fractions, end, whirling, real_form, slowest=True))
         if "damping_ratio" in self.measures:
             window = self.measures["damping_ratio"].option("window")
             chosen = modes.in_window(state.spectra(fractions * end).values, window)
@@ -186,12 +192,6 @@ class Case:
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]
         return measure.bound if isinstance(measure, Limit) else 1.0
-
-
-def _whirling(found: modes.Modes) -> modes.Modes:
-    keep = np.abs(found.values.imag) > WHIRL_FREQUENCY
-    fields = (found.values, found.slopes, found.rates, found.speeds, found.fractions)
-    return modes.Modes(*(f[keep] for f in fields))
 
 
 def _synchronous(values: Array, speeds: Array) -> Array:
@@ -258,8 +258,7 @@ class Evaluator:
         out = -np.inf
         for case in self.cases:
             state = case.state(p, modes)
-            values = state.spectra(fractions * end).values
-            out = max(out, float((values.real / np.maximum(np.abs(values), WHIRL_FREQUENCY)).max()) / LIGHT)
+            out = max(out, float(instability(state.spectra(fractions * end).values).max()) / LIGHT)
             self._count(state)
         return out
 
@@ -307,6 +306,12 @@ class Evaluator:
             tuple(key for r in parts for key in r.keys),
             np.concatenate([r.marks for r in parts]),
         )
+
+    def afresh(self) -> None:
+        """Forget what earlier starts left behind, so that a start does not depend on them to the last bit."""
+        self.eigensolves = {}
+        for case in self.cases:
+            case.afresh()
 
     def _count(self, state: State) -> None:
         self.eigensolves[state.size] = self.eigensolves.get(state.size, 0) + state.decompositions

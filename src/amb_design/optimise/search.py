@@ -45,7 +45,7 @@ class Settings:
     tolerance : float
         Violation that counts as none.
     progress : float
-        The search ends when three steps in a row promise less than this of the level.
+        The search ends when three steps in a row bring less than this part of the level.
     highest : float
         Largest level.
     curvature : bool
@@ -58,7 +58,7 @@ class Settings:
     level_radius: float = 2.0
     penalty: float = 3.0
     tolerance: float = 1e-7
-    progress: float = 1e-6
+    progress: float = 1e-5
     highest: float = 1.0
     curvature: bool = True
 
@@ -174,9 +174,8 @@ def search(
         if settings.curvature and not frozen_level:
             trace.hessian = hessian = _learnt(hessian, step, trace.rows, rows, multipliers)
         if ratio > 0.05:
-            idle = (
-                idle + 1 if won < settings.progress * max(trace.level, 1e-3) and after <= settings.tolerance * 10 else 0
-            )
+            small = won < settings.progress * max(abs(trace.level), 1e-3)
+            idle = idle + 1 if small and after <= 100.0 * settings.tolerance else 0
             trace.x, trace.level, trace.rows = new_x, new_level, rows
             trace.history.append((trace.evaluations, new_level, rows.worst))
             cuts = []

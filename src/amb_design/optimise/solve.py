@@ -7,8 +7,9 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from ..analysis.threads import one_thread
@@ -128,7 +129,9 @@ def _run(problem: DesignProblem, seed: int, effort: Effort, indices: list[int], 
         for i in indices:
             yield made.run(seed, i)
         return
-    with ProcessPoolExecutor(min(workers, len(indices)), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        min(workers, len(indices)), mp_context=get_context("spawn"), initializer=_follow_parent
+    ) as pool:
         futures = [pool.submit(_one, problem, seed, effort, i) for i in indices]
         try:
             for future in as_completed(futures):
@@ -136,6 +139,18 @@ def _run(problem: DesignProblem, seed: int, effort: Effort, indices: list[int], 
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _follow_parent() -> None:
+    """End a worker whose parent was killed: it would wait for work forever."""
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 _made: dict[str, Starter] = {}

@@ -27,6 +27,9 @@ LOOKED_AT = 24
 QUICK = np.array([0.0, 0.5, 1.0])
 """Fractions of the range of speeds at which a random point is looked at."""
 
+ALMOST = 1e-4
+"""Violation that verification may still mend: the search keeps every limit with a margin of this size."""
+
 BLIND = 0.1
 """Violation on a more faithful model beyond which the point is not taken as it is."""
 
@@ -119,7 +122,8 @@ class Starter:
             Start 0 begins at the machine as it is, others at the best of a few random points.
         """
         clock = time.process_time()
-        self.evaluator.eigensolves, self._history = {}, []
+        self.evaluator.afresh()
+        self._history = []
         x = self._first(seed, index)
         settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
         level = self.evaluator.start_level(x, self.modes)
@@ -130,7 +134,7 @@ class Starter:
         if trace.rows.worst > settings.tolerance:
             return self._outcome(index, trace, INFEASIBLE, clock)
         level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)
-        coarse = Settings(steps=self.effort.coarse, progress=2e-5, highest=settings.highest, level_radius=self._reach)
+        coarse = Settings(steps=self.effort.coarse, progress=1e-4, highest=settings.highest, level_radius=self._reach)
         trace = self._search(trace.x, level, coarse, self.modes)
         if trace.rows.worst > 100.0 * coarse.tolerance and self.problem.seeks_speed:  # stuck: once more from below
             x, level, _ = self._entered(trace.x, 0.7 * trace.level, self.modes)
@@ -185,9 +189,9 @@ class Starter:
         highest = 1.0 if self.problem.seeks_speed else np.inf
         fine = Settings(steps=self.effort.fine, radius=radius, highest=highest, level_radius=self._reach)
         trace = self._search(x, level, fine, None, hessian=hessian)
-        if trace.rows.worst > 100.0 * fine.tolerance:
+        if trace.rows.worst > ALMOST:
             trace.retreat()
-        feasible = trace.rows.worst <= 100.0 * fine.tolerance
+        feasible = trace.rows.worst <= ALMOST
         status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
         return self._outcome(index, trace, status, clock)
 

@@ -208,6 +208,10 @@ def replace(spec: S, values: Mapping[str, Any]) -> S:
             keys = _keys(target)
             for key in keys[:-1]:
                 node = node.setdefault(key, {})
+                if isinstance(node, _Leaf):
+                    raise SpecError(
+                        "lies in something that is replaced as a whole", field=target, remedy="set it there"
+                    )
             node[keys[-1]] = _Leaf(value)
     rebuilt: S = _rebuild(spec, tree)
     return rebuilt

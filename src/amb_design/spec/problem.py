@@ -20,6 +20,8 @@ from .tables import closest
 
 SCALES = ("linear", "log")
 
+_RESIDUAL = ("unbalance", "unbalance_phase")
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -376,6 +378,12 @@ class DesignProblem:
                             field=where,
                             remedy="free numbers of the rotor, magnets or controllers",
                         )
+                    if path.rpartition(".")[2] in _RESIDUAL:
+                        raise SpecError(
+                            "is no design number: it is what balancing leaves",
+                            field=where,
+                            remedy="give residual unbalances in [unbalance]",
+                        )
         known = [v.name for v in self.variables]
         for tie in self.followers:
             for name, _ in tie.terms:
@@ -447,6 +455,12 @@ class DesignProblem:
                             "is no part of the machine itself",
                             field=f"{where}.{name}",
                             remedy="scale numbers of the rotor, bearings, magnets or controllers",
+                        )
+                    if path.rpartition(".")[2] in _RESIDUAL:
+                        raise SpecError(
+                            "is no number to scale by itself",
+                            field=f"{where}.{name}",
+                            remedy="write unbalance = factor, which scales all residual unbalances",
                         )
 
 

@@ -11,6 +11,10 @@ from ...analysis.system import Array
 from ..state import State
 from .samples import Samples, rpm_text
 
+SLOW = 100.0
+"""Frequency [rad/s] by which the decay of slower modes and real poles is measured. Of a real pole Re/abs is 1 however unstable
+it is, which would leave a search without direction."""
+
 KEPT = 12
 """Modes nearest to the limit that are followed at each speed."""
 
@@ -42,7 +46,14 @@ class Modes:
         return Samples(values, slopes, rates, places, self.speeds, tuple(map(str, self.fractions)), self.values)
 
 
-def modes(state: State, fractions: Array, end: float, chosen: Array | None = None, real_form: bool = False) -> Modes:
+def modes(
+    state: State,
+    fractions: Array,
+    end: float,
+    chosen: Array | None = None,
+    real_form: bool = False,
+    slowest: bool = False,
+) -> Modes:
     """The modes nearest to instability, relative to their frequency.
 
     Parameters
@@ -56,9 +67,11 @@ def modes(state: State, fractions: Array, end: float, chosen: Array | None = Non
         Which eigenvalues may be kept; all if left out.
     real_form : bool
         Of conjugate pairs only one is kept.
+    slowest : bool
+        Those with the least decay rate instead.
     """
     spectra = state.spectra(fractions * end)
-    order = spectra.values.real / np.maximum(np.abs(spectra.values), WHIRL_FREQUENCY)
+    order = spectra.values.real if slowest else instability(spectra.values)
     if real_form:
         order = np.where(spectra.values.imag < 0.0, -np.inf, order)
     if chosen is not None:
@@ -71,6 +84,11 @@ def modes(state: State, fractions: Array, end: float, chosen: Array | None = Non
     values, speeds = spectra.values[at, index], spectra.speeds[at]
     slopes, rates = state.eigenvalue_slopes(values, speeds, spectra.right[at, :, index], spectra.left[at, index, :])
     return Modes(values, slopes, rates * fractions[at], speeds, fractions[at])
+
+
+def instability(values: Array) -> Array:
+    """Growth rates over frequencies: positive for unstable modes, and with a direction for real poles too."""
+    return np.asarray(values.real / np.maximum(np.abs(values.imag), SLOW))
 
 
 def mode_text(value: complex, speed: float) -> str:
@@ -87,7 +105,7 @@ def stability(found: Modes) -> Samples:
     ----------
     found : Modes
     """
-    size = np.maximum(np.abs(found.values), WHIRL_FREQUENCY)
+    size = np.maximum(np.abs(found.values.imag), SLOW)
     return found.samples(-found.values.real / size, -found.slopes.real / size[:, None], -found.rates.real / size)
 
 

@@ -1,0 +1,45 @@
+"""The stored optima of the packaged problems hold, and a short search still finds its way."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+import amb_design as ad
+from amb_design.optimise.audit import audit
+from amb_design.optimise.solve import starter
+from amb_design.optimise.start import INFEASIBLE, Effort
+from amb_design.optimise.verification import excesses
+
+FOLDERS = {name: folder for name, folder in ad.packaged().items() if (folder / "problem.toml").is_file()}
+OPTIMA = {
+    (name, variant): optimum
+    for name, folder in FOLDERS.items()
+    if (folder / "optimum.toml").is_file()
+    for variant, optimum in tomllib.loads((folder / "optimum.toml").read_text(encoding="utf-8"))["optima"].items()
+}
+
+SHORT = Effort(feasible=40, coarse=30, fine=6)
+
+
+def test_every_problem_stores_an_optimum():
+    assert {name for name, _ in OPTIMA} == set(FOLDERS)
+
+
+@pytest.mark.parametrize(("name", "variant"), OPTIMA)
+def test_stored_optimum_holds_on_a_twice_finer_mesh(name, variant):
+    problem = ad.load_problem(name, None if variant == "base" else variant)
+    optimum = OPTIMA[name, variant]
+    assert set(optimum["values"]) == {v.name for v in problem.variables}
+    assert all(v.lower <= optimum["values"][v.name] <= v.upper for v in problem.variables)
+    found = audit(problem, optimum["values"], optimum["objective"], finer=2)
+    assert excesses(problem, found) == []
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_one_short_start_comes_near_the_stored_optimum(name):
+    problem = ad.load_problem(name)
+    outcome = starter(problem, SHORT).run(0, 0)
+    assert outcome.status != INFEASIBLE
+    assert outcome.objective >= 0.6 * OPTIMA[name, "base"]["objective"]
