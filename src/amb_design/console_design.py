@@ -104,6 +104,8 @@ def _headline(d: Document) -> str:
     value = in_words(d["objective"]["value"], _unit(d), speed=True)
     name = d["objective"]["quantity"].replace("_", " ")
     what = "stable and within all limits up to" if name == "stability limit" else f"{name}"
+    if name == "stability limit" and d["after"]["stability_limit"]["status"] == "none below the top speed":
+        value += ", where the search ends"
     return f"{d['status']}: {what} {value} ({held} of {len(d['starts'])} starts within the limits)"
 
 

@@ -387,6 +387,7 @@ BAD_PROBLEMS: tuple[BadProblem, ...] = (
     free("scale", '"controller.kd" = [1, 5, "lin"]', "free.controller.kd = 'lin' has an unknown scale", "linear, log"),
     free("log-zero", '"controller.kd" = [0, 5, "log"]', "free.controller.kd = 0 has a logarithmic scale"),
     free("twice", '"kp" = [1, 2]', "sets controller.kp, which free.kp sets too", "once"),
+    free("unbalance", '"disks[0].unbalance" = [1e-6, 1e-5]', "is no design number", "[unbalance]"),
     free("operation", '"operation.gravity" = [1, 2]', "free.operation.gravity is no part of the design"),
     free("switch", '"controller.delay" = [1e-5, 1e-4]', "controller.delay is zero in the machine", "above zero"),
     free(
@@ -463,7 +464,6 @@ BAD_PROBLEMS: tuple[BadProblem, ...] = (
     free("idle-stiffness", '"bearings.stiffness" = [1e3, 1e5]', "bearings.stiffness influences nothing: kyy and kzz"),
     free("idle-clearance", '"magnets.clearance" = [1e-4, 3e-4]', "influences nothing: only displacement_ratio"),
     free("idle-rating", '"magnets.max_current" = [4, 6]', "influences nothing: no quantity reads it"),
-    free("idle-unbalance", '"disks[0].unbalance" = [0, 1e-5]', "influences nothing: the problem has unbalances"),
     # ties
     edit("tie-unknown", '"plies[2].angle" =', '"plies[9].angle" =', "ties.plies[9].angle names no number"),
     edit(

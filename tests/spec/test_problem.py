@@ -400,7 +400,6 @@ def test_own_controllers_leave_the_shared_one_idle():
             "rotor.shaft.viscous_damping",
             "every segment has its own",
         ),
-        ({}, "disks[0].unbalance", "reads the unbalance"),
     ],
 )
 def test_numbers_that_nothing_reads(changes, path, reason):
@@ -429,7 +428,10 @@ def test_numbers_that_only_a_limit_reads():
         ({"name": 3}, "name = 3 must be text"),
         ({"limits": {"mass": None}}, "limits.mass must be a finite number; give the limit as a number in kg"),
         ({"scenarios": {"x": {"unbalance": 1}}}, "scenarios.x changes nothing"),
-        ({"scenarios": {"x": {"disks.unbalance": 2}}, "unbalance": {"a": (1, 0, 0)}}, "the problem has unbalances"),
+        (
+            {"scenarios": {"x": {"disks.unbalance": 2}}, "unbalance": {"a": (1, 0, 0)}},
+            "is no number to scale by itself",
+        ),
         ({"free": {"controller.kp": (1, 2, ["log"])}}, "has an unknown scale"),
     ],
 )

@@ -45,7 +45,7 @@ def check_influence(problem: DesignProblem) -> None:
     """
     machine, moved, objective = problem.machine, problem.paths(), problem.objective.quantity
     quantities = [objective, *(c.quantity for c in problem.constraints)]
-    why = {path: idle(machine, path, quantities, bool(problem.patterns)) for path in moved}
+    why = {path: idle(machine, path, quantities) for path in moved}
     for v in problem.variables:
         reasons = [why[path] for path, terms in moved.items() if v.name in terms]
         if all(reasons):
@@ -73,11 +73,11 @@ def _idle_factor(problem: DesignProblem, name: str) -> str:
     paths, moved = find(problem.machine, name), problem.paths()
     if all(path not in moved and value(problem.machine, path) == 0.0 for path in paths):
         return "the number is zero"
-    reasons = [idle(problem.machine, path, QUANTITIES, bool(problem.patterns)) for path in paths]
+    reasons = [idle(problem.machine, path, QUANTITIES) for path in paths]
     return reasons[0] if all(reasons) else ""
 
 
-def idle(machine: Machine, path: str, quantities: Collection[str], patterns: bool) -> str:
+def idle(machine: Machine, path: str, quantities: Collection[str]) -> str:
     """Why a number influences nothing; empty if it does.
 
     Parameters
@@ -87,8 +87,6 @@ def idle(machine: Machine, path: str, quantities: Collection[str], patterns: boo
         Full path.
     quantities : collection of str
         What the problem limits or seeks.
-    patterns : bool
-        True if the problem has residual unbalances of its own.
     """
     section, _, name = path.rpartition(".")
     owner = value(machine, section)
@@ -109,11 +107,6 @@ def idle(machine: Machine, path: str, quantities: Collection[str], patterns: boo
     if isinstance(owner, Magnet) and name in _READERS and not set(_READERS[name]) & set(quantities):
         return "only " + " and ".join(_READERS[name]) + " would read it" if _READERS[name] else "no quantity reads it"
     if section.startswith("rotor.disks["):
-        if name in ("unbalance", "unbalance_phase"):
-            if patterns:
-                return "the problem has unbalances of its own"
-            read = any("unbalance" in QUANTITIES[q].needs for q in quantities)
-            return "" if read else "nothing that is limited or sought reads the unbalance"
         given = owner.mass is not None and owner.diametral_inertia is not None
         if given and (
             name in ("inner_diameter", "width") or (name == "outer_diameter" and "surface_speed" not in quantities)
