@@ -20,7 +20,7 @@ MARGIN = 1e-4
 ROUNDS = 4
 """How often a design that fails is refined."""
 
-RETREATS = (0.9995, 0.998, 0.99, 0.97)
+RETREATS = (0.9995, 0.998, 0.995, 0.99, 0.98, 0.97)
 """Last resort: shorter ranges of speed for a design that fails at the end of its own."""
 
 
@@ -126,7 +126,9 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
             eigensolves=again.eigensolves,
         )
     objective = outcome.objective
-    for factor in RETREATS if found and problem.seeks_speed else ():
+    lost = max((e.excess for e in found if e.quantity == "stability"), default=0.0)
+    retreats = [1.0 - lost - 2e-4, *RETREATS] if 0.0 < lost < 0.2 else RETREATS
+    for factor in retreats if found and problem.seeks_speed else ():
         shorter, fewer = _audits(problem, outcome, factor * outcome.objective)
         if not fewer:
             audits, found, objective = shorter, [], factor * outcome.objective
