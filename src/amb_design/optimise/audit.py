@@ -84,7 +84,9 @@ class Audit:
 
 
 @one_thread
-def audit(problem: DesignProblem, values: Mapping[str, float], end: float, finer: int = 1) -> Audit:
+def audit(
+    problem: DesignProblem, values: Mapping[str, float], end: float, finer: int = 1, stability_only: bool = False
+) -> Audit:
     """Compute all quantities of a problem at a design.
 
     Parameters
@@ -96,6 +98,8 @@ def audit(problem: DesignProblem, values: Mapping[str, float], end: float, finer
         End of the range of speeds [rad/s].
     finer : int
         Factor on the number of elements.
+    stability_only : bool
+        Leave the other quantities out.
     """
     base = problem.with_values(values)
     measures = list(problem.constraints)
@@ -107,6 +111,8 @@ def audit(problem: DesignProblem, values: Mapping[str, float], end: float, finer
         machine = scenario_machine(base, case)
         loop = system(machine, plan(machine).finer(finer) if finer > 1 else None)
         limits[name] = stability_limit(loop, max(problem.top_speed, end), first_only=True)
+        if stability_only:
+            continue
         driven = [m.quantity for m in asked if m.quantity in DRIVEN]
         found = _driven(problem, case, loop, driven, end) if driven else {}
         for m in asked:

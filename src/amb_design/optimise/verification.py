@@ -142,8 +142,12 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
 
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
-    audits = [audit(problem, outcome.values, end, finer) for finer in (1, 2)]
-    return audits, [e for a in audits for e in excesses(problem, a)]
+    for stability_only in (True, False):  # what is unstable needs no further look
+        audits = [audit(problem, outcome.values, end, finer, stability_only) for finer in (1, 2)]
+        found = [e for a in audits for e in excesses(problem, a)]
+        if found:
+            break
+    return audits, found
 
 
 def _tighten(starter: Starter, e: Excess, end: float, again: bool) -> None:
