@@ -40,7 +40,9 @@ def run(monkeypatch, capsys):
 @pytest.fixture
 def folder(tmp_path):
     def make(text: str = 'maximise = "stability_limit"\n'):
-        (tmp_path / "machine.toml").write_text(FAST.replace("9000 rpm", "30000 rpm").replace("elements = 4", "elements = 12"))
+        (tmp_path / "machine.toml").write_text(
+            FAST.replace("9000 rpm", "30000 rpm").replace("elements = 4", "elements = 12")
+        )
         head, name, rest = PROBLEM.partition('name = "fast-design"\n')
         (tmp_path / "problem.toml").write_text(head + name + text + rest)
         return tmp_path

@@ -53,7 +53,7 @@ class Verified:
     objective : float
         As verified, in SI units.
     audits : tuple of Audit
-        On the design's own mesh and on a twice finer one.
+        On the design's own mesh and on a twice finer one, as far as they went.
     excesses : tuple of Excess
         Empty if the design holds.
     rounds : int
@@ -142,12 +142,14 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
 
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
-    for stability_only in (True, False):  # what is unstable needs no further look
-        audits = [audit(problem, outcome.values, end, finer, stability_only) for finer in (1, 2)]
-        found = [e for a in audits for e in excesses(problem, a)]
-        if found:
-            break
-    return audits, found
+    for stability_only in (True, False):
+        audits: list[Audit] = []
+        for finer in (1, 2):
+            audits.append(audit(problem, outcome.values, end, finer, stability_only))
+            found = excesses(problem, audits[-1])
+            if found:  # what fails needs no further look
+                return audits, found
+    return audits, []
 
 
 def _tighten(starter: Starter, e: Excess, end: float, again: bool) -> None:
