@@ -30,6 +30,9 @@ QUICK = np.array([0.0, 0.5, 1.0])
 ALMOST = 1e-4
 """Violation that verification may still mend: the search keeps every limit with a margin of this size."""
 
+SHORTER = (0.995, 0.98, 0.95, 0.9, 0.8)
+"""Parts of the range of speeds that are tried where a search ends beyond its limits."""
+
 BLIND = 0.1
 """Violation on a more faithful model beyond which the point is not taken as it is."""
 
@@ -191,9 +194,19 @@ class Starter:
         trace = self._search(x, level, fine, None, hessian=hessian)
         if trace.rows.worst > ALMOST:
             trace.retreat()
+        if trace.rows.worst > ALMOST and self.problem.seeks_speed:
+            self._shorten(trace)
         feasible = trace.rows.worst <= ALMOST
         status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
         return self._outcome(index, trace, status, clock)
+
+    def _shorten(self, trace: Trace) -> None:
+        """Take the limits that are violated at the end of the range for what they are: a shorter range."""
+        for factor in SHORTER:
+            rows = self.evaluator.rows(trace.x, factor * trace.level)
+            if rows.worst <= ALMOST:
+                trace.level, trace.rows, trace.multipliers = factor * trace.level, rows, np.zeros(0)
+                return
 
     def _first(self, seed: int, index: int) -> Array:
         if index == 0:

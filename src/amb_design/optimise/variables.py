@@ -32,7 +32,9 @@ class Scaling:
         """SI values of points of the unit cube."""
         log, lower, upper = self._bounds
         p = lower + np.clip(x, 0.0, 1.0) * (upper - lower)
-        return np.where(log, np.exp(np.where(log, p, 0.0)), p)
+        given = [(v.lower, v.upper) for v in self.variables]
+        bounds = np.array(given, float).reshape(-1, 2)
+        return np.asarray(np.clip(np.where(log, np.exp(np.where(log, p, 0.0)), p), bounds[:, 0], bounds[:, 1]))
 
     def point(self, p: Array) -> Array:
         """Point of the unit cube from SI values."""
