@@ -112,15 +112,20 @@ def starter(problem: DesignProblem, effort: Effort) -> Starter:
 def _first_verified(
     problem: DesignProblem, effort: Effort, ranked: list[Outcome]
 ) -> tuple[Verified | None, tuple[Verified, ...]]:
+    sign = 1.0 if problem.objective.kind.upper else -1.0
+    best: Verified | None = None
     rejected: list[Verified] = []
     for outcome in ranked:
         if outcome.status == INFEASIBLE:
             break
+        if best is not None and sign * best.objective <= sign * outcome.objective:
+            break  # the next one claims no more than what has been verified
         verified = verify(starter(problem, effort), outcome)
-        if verified.passed:
-            return verified, tuple(rejected)
-        rejected.append(verified)
-    return None, tuple(rejected)
+        if not verified.passed:
+            rejected.append(verified)
+        elif best is None or sign * verified.objective < sign * best.objective:
+            best = verified
+    return best, tuple(rejected)
 
 
 def _run(problem: DesignProblem, seed: int, effort: Effort, indices: list[int], workers: int) -> Iterator[Outcome]:
