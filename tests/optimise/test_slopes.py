@@ -42,10 +42,10 @@ class FixedPeaks:
     def __init__(self, inner: whirl.UnbalanceMeasures):
         self.inner, self.speeds = inner, {}
 
-    def samples(self, state: Any, end: float, near: np.ndarray) -> dict[str, Samples]:
+    def samples(self, state: Any, end: float) -> dict[str, Samples]:
         inner, force = self.inner, state.lower @ self.inner.loops.unbalance
         if not self.speeds:
-            self.find(state, end, near)
+            self.find(state, end)
         out: dict[str, list[Samples]] = {q: [] for q in inner.bounds}
         for (k, i, j), (name, found) in self.speeds.items():
             speeds = np.append(found, end)
@@ -53,9 +53,9 @@ class FixedPeaks:
         n = state.member.family.parameters
         return {name: joined(samples, n) for name, samples in out.items()}
 
-    def find(self, state: Any, end: float, near: np.ndarray) -> None:
-        """Peaks, found with many halvings of the intervals."""
-        found = self.inner.samples(state, end, near, points=40, zooms=26)
+    def find(self, state: Any, end: float) -> None:
+        """Peaks, found with many rounds."""
+        found = self.inner.samples(state, end, points=40, zooms=13)
         for k, (name, samples) in enumerate(found.items()):
             at = 0
             for j in range(self.inner.loops.unbalance.shape[1]):

@@ -25,8 +25,7 @@ FRACTIONS = np.linspace(0.0, 1.0, 13)
 CHECKED = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Fractions of the range at which sensitivities are held down."""
 
-
-GUARDED = np.array([0.0, 1.0])
+GUARDED = np.array([1.0])
 """Fractions of the range at which stability of the complete model is watched while the search works on a reduced one."""
 
 LOWEST = 0.02
@@ -172,37 +171,24 @@ class Case:
                 state, checked, end, count, self.loops.complex_form, 0.2 * bound
             )
         if self.unbalance is not None:
-            values = state.spectra(fractions * end).values
-            near = _synchronous(values, fractions * end)
-            out |= self.unbalance.samples(state, end, near)
+            out |= self.unbalance.samples(state, end)
         if "separation_margin" in self.measures:
             service = float(self.problem.machine.operation.service_speed)
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
-    def guard(self, state: State, end: float) -> Samples:
-        """Stability of the complete model at few speeds, for modes that a reduced one does not have.
+    def guard(self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete") -> Samples:
+        """Stability of a more faithful model at few speeds, for modes that the searched one does not have.
 
         What the controller does to modes of high frequency hardly depends on the speed.
         """
-        found = modes.modes(state, GUARDED, end, real_form=not self.loops.complex_form)
+        found = modes.modes(state, fractions, end, real_form=not self.loops.complex_form)
         samples = modes.stability(found)
-        return dataclasses.replace(samples, groups=tuple(f"complete {g}" for g in samples.groups))
+        return dataclasses.replace(samples, groups=tuple(f"{label} {g}" for g in samples.groups))
 
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]
         return measure.bound if isinstance(measure, Limit) else 1.0
-
-
-def _synchronous(values: Array, speeds: Array) -> Array:
-    """Speeds near which a whirl frequency equals the speed."""
-    out = []
-    for lower, upper in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):
-        mid = (speeds[lower] + speeds[upper]) / 2.0
-        for v in (values[lower], values[upper]):
-            f = np.abs(v.imag)
-            out.append(f[(np.abs(f - mid) <= 0.75 * (speeds[upper] - speeds[lower])) & (np.abs(v.real) < 0.3 * f)])
-    return np.unique(np.round(np.concatenate(out), 3)) if out else np.zeros(0)
 
 
 class Evaluator:
@@ -224,6 +210,8 @@ class Evaluator:
         Fractions of the range of speeds at which eigenvalues and sensitivities are held down.
     margins : dict of str to float
         By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
+    watched : dict of str to (Case, ndarray)
+        By scenario: the twice finer model, and fractions of the range at which its stability is held down too.
     eigensolves : dict of int to int
         Eigendecompositions so far, by size.
     """
@@ -234,6 +222,7 @@ class Evaluator:
         self.limits = {c.quantity: c for c in problem.constraints}
         self.fractions, self.checked = FRACTIONS, CHECKED
         self.margins: dict[str, float] = {}
+        self.watched: dict[str, tuple[Case, Array]] = {}
         self.scale = 1.0
         self.eigensolves: dict[int, int] = {}
 
@@ -296,6 +285,10 @@ class Evaluator:
                 complete = case.state(p)
                 parts.append(self._rows(case.name, "stability", case.guard(complete, end), rates, level))
                 self._count(complete)
+        for name, (case, fractions) in self.watched.items() if modes is None else ():
+            finer = case.state(p)
+            parts.append(self._rows(name, "stability", case.guard(finer, end, fractions, "finer"), rates, level))
+            self._count(finer)
         return Rows(
             np.concatenate([r.values for r in parts]),
             np.concatenate([r.slopes for r in parts]),
@@ -306,6 +299,21 @@ class Evaluator:
             tuple(key for r in parts for key in r.keys),
             np.concatenate([r.marks for r in parts]),
         )
+
+    def watch(self, scenario: str, fraction: float) -> None:
+        """Hold the stability of the twice finer model down too, from now on.
+
+        Parameters
+        ----------
+        scenario : str
+        fraction : float
+            Of the range of speeds.
+        """
+        if scenario not in self.watched:
+            drawn = next((c for c in self.problem.cases if c.name == scenario), None)
+            self.watched[scenario] = Case(self.problem, drawn, finer=2), GUARDED
+        case, fractions = self.watched[scenario]
+        self.watched[scenario] = case, np.unique(np.append(fractions, fraction))
 
     def afresh(self) -> None:
         """Forget what earlier starts left behind, so that a start does not depend on them to the last bit."""

@@ -56,7 +56,7 @@ class Effort:
 
     feasible: int = 60
     coarse: int = 60
-    fine: int = 30
+    fine: int = 45
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,11 @@ class Starter:
         if trace.rows.worst > settings.tolerance:
             return self._outcome(index, trace, INFEASIBLE, clock)
         level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)
-        coarse = Settings(steps=self.effort.coarse, progress=1e-4, highest=settings.highest, level_radius=self._reach)
+        coarse = Settings(
+            steps=self.effort.coarse, tolerance=1e-6, progress=1e-4, highest=settings.highest, level_radius=self._reach
+        )
         trace = self._search(trace.x, level, coarse, self.modes)
-        if trace.rows.worst > 100.0 * coarse.tolerance and self.problem.seeks_speed:  # stuck: once more from below
+        if trace.rows.worst > BLIND and self.problem.seeks_speed:  # stuck: once more from below
             x, level, _ = self._entered(trace.x, 0.7 * trace.level, self.modes)
             trace = self._search(x, level, coarse, self.modes)
         x, level, near = self._entered(trace.x, trace.level, None)
@@ -190,7 +192,7 @@ class Starter:
         """
         clock = time.process_time() if clock is None else clock
         highest = 1.0 if self.problem.seeks_speed else np.inf
-        fine = Settings(steps=self.effort.fine, radius=radius, highest=highest, level_radius=self._reach)
+        fine = Settings(self.effort.fine, radius, progress=3e-5, highest=highest, level_radius=self._reach)
         trace = self._search(x, level, fine, None, hessian=hessian)
         if trace.rows.worst > ALMOST:
             trace.retreat()

@@ -68,6 +68,29 @@ class State:
         m = self.member
         return self.lower @ m.part("F"), self.lower @ m.part("G"), m.part("C") @ self.coordinates.right
 
+    @cached_property
+    def critical(self) -> tuple[Array, Array, Array]:
+        """Eigensystem of the pencil that a whirl at the speed of the shaft obeys.
+
+        A load that turns with the shaft, exp(i Omega t), makes (Omega (i - A1) - A0) x = load: linear in the speed. One
+        eigendecomposition therefore gives the response at every speed.
+
+        Returns
+        -------
+        values : ndarray, shape (m,)
+            Complex critical speeds.
+        right, left : ndarray, shape (m, m)
+            x = right (Omega - values)^-1 left load.
+        """
+        whirl = 1j * np.eye(self.size) - self.a1
+        try:
+            inverse = np.linalg.inv(whirl)
+        except np.linalg.LinAlgError:  # a disk whose forward whirl runs parallel to the line of synchronous speeds
+            inverse = np.linalg.inv(whirl + 1e-9 * np.eye(self.size))
+        self.decompositions += 1
+        values, right, left = _eigensystems(inverse @ self.a0)
+        return values, right, left @ inverse
+
     def spectra(self, speeds: Array) -> Spectra:
         """Eigenvalues with right and left vectors.
 
@@ -83,14 +106,7 @@ class State:
         return Spectra(speeds, *(np.stack([f[i] for f in found]) for i in range(3)))
 
     def _decompose(self, speeds: Array) -> None:
-        matrices = self.a0 + speeds[:, None, None] * self.a1
-        values, right = np.linalg.eig(matrices)
-        try:
-            left = np.linalg.inv(right)
-        except np.linalg.LinAlgError:  # a defective matrix: one within rounding of it has all its vectors
-            nearby = np.random.default_rng(0).standard_normal(matrices.shape)
-            values, right = np.linalg.eig(matrices * (1.0 + 64.0 * np.finfo(float).eps * nearby))
-            left = np.linalg.inv(right)
+        values, right, left = _eigensystems(self.a0 + speeds[:, None, None] * self.a1)
         self.decompositions += len(speeds)
         self._spectra |= dict(zip(speeds.tolist(), zip(values, right, left, strict=True), strict=True))
 
@@ -124,3 +140,14 @@ class State:
         if "E" in m.family.shapes:
             slopes = slopes - s[:, None] * m.form("E", y, x)
         return slopes
+
+
+def _eigensystems(matrices: Array) -> tuple[Array, Array, Array]:
+    """Eigenvalues, right vectors as columns, left ones as rows, of a matrix or a stack of them."""
+    values, right = np.linalg.eig(matrices)
+    try:
+        return values, right, np.linalg.inv(right)
+    except np.linalg.LinAlgError:  # a defective matrix: one within rounding of it has all its vectors
+        nearby = np.random.default_rng(0).standard_normal(matrices.shape)
+        values, right = np.linalg.eig(matrices * (1.0 + 64.0 * np.finfo(float).eps * nearby))
+        return values, right, np.linalg.inv(right)

@@ -112,7 +112,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         if not found or rounds == ROUNDS:
             break
         for e in found:
-            _tighten(starter, e, audits[0].end, e.quantity in failed)
+            _tighten(starter, e, audits[0].end, e.quantity in failed, finer=len(audits) > 1)
         failed |= {e.quantity for e in found}
         x = ev.scaling.point(np.array(list(outcome.values.values())))
         level = _level(starter, outcome.objective)
@@ -152,17 +152,18 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
     return audits, []
 
 
-def _tighten(starter: Starter, e: Excess, end: float, again: bool) -> None:
+def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) -> None:
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
+    if finer and e.quantity == "stability" and e.speed is not None:  # perhaps in a mode of the finer mesh alone
+        ev.watch(e.scenario, float(np.clip(e.speed / end, 0.0, 1.0)))
+        return
     fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
         ev.fractions = np.unique(np.append(ev.fractions, fraction))
     if fraction is not None and e.quantity == "sensitivity_peak":
         ev.checked = np.unique(np.append(ev.checked, fraction))
-    if (
-        e.quantity == "stability"
-    ):  # how much damping is missing, perhaps in a mode of the finer mesh alone, nobody can say
+    if e.quantity == "stability":  # how much damping is missing, nobody can say
         ev.margins["stability"] = 4.0 * ev.margins.get("stability", MARGIN)
     elif (
         again or e.excess < 0.05

@@ -11,13 +11,13 @@ import numpy as np
 from ...analysis.sensitivity import CHECKED_TO
 from ...analysis.system import Array
 from ..state import State
-from .samples import Samples, joined, peaks, rpm_text
+from .samples import Samples, joined, peaks, rpm_text, zoomed
 
 POINTS = 240
 PEAKS = 8
 """Peaks that are followed in each loop at each speed."""
 
-ZOOMS = 18
+ZOOMS = 9
 
 
 def sensitivity(
@@ -121,24 +121,3 @@ def _peaks(view: _View, loop: int, above: float) -> Samples:
     where = tuple(f"loop {loop} at {x / (2.0 * np.pi):.4g} Hz, {rpm_text(view.speed)}" for x in w)
     speeds, groups = np.full(len(w), view.speed), (f"{view.fraction} {loop}",) * len(w)
     return Samples(np.abs(value), (turn[:, None] * slopes).real, (turn * rates).real, where, speeds, groups, w + 0j)
-
-
-def zoomed(function, lower: Array, upper: Array, rounds: int) -> Array:  # type: ignore[no-untyped-def]
-    """Places of maxima between bounds, by closing in on the best of a few points.
-
-    Parameters
-    ----------
-    function : callable
-        Values for an array of shape (k, points).
-    lower, upper : ndarray, shape (k,)
-    rounds : int
-        Each halves the intervals.
-    """
-    spread = np.linspace(0.0, 1.0, 5)
-    for _ in range(rounds):
-        x = lower[:, None] + (upper - lower)[:, None] * spread
-        best = np.argmax(function(x), axis=1)
-        k = np.arange(len(x))
-        lower, upper = x[k, np.maximum(best - 1, 0)], x[k, np.minimum(best + 1, 4)]
-    x = lower[:, None] + (upper - lower)[:, None] * spread
-    return np.asarray(x[np.arange(len(x)), np.argmax(function(x), axis=1)])

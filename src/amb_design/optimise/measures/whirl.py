@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -14,10 +13,10 @@ from ...model import magnet as magnetics
 from ...spec.magnet import Magnet
 from ..loop_family import LoopFamily
 from ..state import State
-from .samples import Samples, joined, peaks, rpm_text
+from .samples import Samples, joined, peaks, rpm_text, zoomed
 
 POINTS = 72
-ZOOMS = 10
+ZOOMS = 5
 PEAKS = 3
 
 QUANTITIES = (
@@ -76,12 +75,16 @@ def _formula(quantity: str, m: Magnet, current: ca.SX, motion: ca.SX, speed: ca.
     return motion / (m.gap if m.clearance is None else m.clearance)
 
 
-@dataclass(frozen=True)
-class _Whirl:
-    """Steady response at some speeds: states (k, m) of each pattern, amplitudes of currents and motions of a magnet."""
+class _Outputs:
+    """What is looked at under one unbalance pattern, as a sum over modes: cheap, and exact enough to find peaks."""
 
-    speeds: Array
-    states: Array
+    def __init__(self, state: State, force: Array):
+        self.values, right, left = state.critical
+        self.weights = (state.ports[2] @ right) * (left @ force)
+
+    def at(self, speeds: Array) -> Array:
+        """Amplitudes at some speeds, shape (k, outputs)."""
+        return np.asarray((speeds**2)[:, None] * ((1.0 / (speeds[:, None] - self.values)) @ self.weights.T))
 
 
 class UnbalanceMeasures:
@@ -98,9 +101,7 @@ class UnbalanceMeasures:
         self.loops, self.bounds = loops, bounds
         self.magnets = Magnets(loops, tuple(bounds))
 
-    def samples(
-        self, state: State, end: float, near: Array, points: int = POINTS, zooms: int = ZOOMS
-    ) -> dict[str, Samples]:
+    def samples(self, state: State, end: float, points: int = POINTS, zooms: int = ZOOMS) -> dict[str, Samples]:
         """The highest peaks up to the end of the range, and the values at its end.
 
         Parameters
@@ -108,38 +109,31 @@ class UnbalanceMeasures:
         state : State
         end : float
             End of the range [rad/s].
-        near : ndarray
-            Speeds close to which peaks may lie [rad/s].
         points, zooms : int
             Fineness of the search.
         """
-        inside = near[(near > 0.01 * end) & (near < end)]
+        critical = np.sort(state.critical[0].real)  # where peaks may lie
+        inside = critical[(critical > 0.01 * end) & (critical < end)]
         grid = np.unique(np.concatenate([np.linspace(0.0, end, points + 1)[1:], inside]))
         force = state.lower @ self.loops.unbalance
-        table = self._respond(state, grid, force)
         out: dict[str, list[Samples]] = {q: [] for q in self.bounds}
         for j in range(force.shape[1]):
+            outputs = _Outputs(state, force[:, j])
             for i in range(len(self.loops.machine.magnets)):
-                values, _, _ = self._quantities(state, i, grid, table[:, :, j])
+                values, _, _ = self._quantities(state, i, grid, outputs.at(grid))
                 for k, name in enumerate(self.bounds):
-                    chosen = self._refined(state, i, k, j, grid, values[k], force, self.bounds[name], zooms)
+                    chosen = self._refined(state, i, k, grid, values[k], outputs, self.bounds[name], zooms)
                     out[name].append(self._sample(state, i, k, j, chosen, force, end))
         n = state.member.family.parameters
         return {name: joined(found, n) for name, found in out.items()}
 
-    def _respond(self, state: State, speeds: Array, force: Array) -> Array:
-        """States under unit patterns, shape (speeds, m, patterns)."""
-        matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
-        return np.linalg.solve(matrices, speeds[:, None, None] ** 2 * force)
-
-    def _amplitudes(self, state: State, magnet: int, states: Array) -> list[tuple[Array, Array]]:
+    def _amplitudes(self, magnet: int, y: Array) -> list[tuple[Array, Array]]:
         """Current and motion of a magnet, each with the weights w of its derivative Re(w dC x); weights are over C's rows."""
-        loops, outputs = self.loops, state.ports[2]
-        y = states @ outputs.T
+        loops = self.loops
         first = 2 * len(loops.axes)
         controlled = [k for k, m in enumerate(loops.axes) if m == magnet]
         moved = [first + k for k, m in enumerate(loops.pushed) if m == magnet]
-        zero = np.zeros(len(states)), np.zeros((len(states), len(outputs)), complex)
+        zero = np.zeros(len(y)), np.zeros(y.shape, complex)
         return [
             self._largest(y, [len(loops.axes) + k for k in controlled]) if controlled else zero,
             self._orbit(y, moved),
@@ -171,8 +165,8 @@ class UnbalanceMeasures:
             weights[:, rows[1]] += sign * 1j * turn
         return total, weights
 
-    def _quantities(self, state: State, magnet: int, speeds: Array, states: Array) -> tuple[Array, Array, Array]:
-        (current, _), (motion, _) = self._amplitudes(state, magnet, states)
+    def _quantities(self, state: State, magnet: int, speeds: Array, y: Array) -> tuple[Array, Array, Array]:
+        (current, _), (motion, _) = self._amplitudes(magnet, y)
         return self.magnets.at(magnet, state.member.p, current, motion, speeds)
 
     def _refined(
@@ -180,10 +174,9 @@ class UnbalanceMeasures:
         state: State,
         magnet: int,
         k: int,
-        j: int,
         grid: Array,
         values: Array,
-        force: Array,
+        outputs: _Outputs,
         above: float,
         zooms: int,
     ) -> Array:
@@ -192,22 +185,20 @@ class UnbalanceMeasures:
         found = found[found < len(grid) - 1]
         found = found[np.argsort(-values[found])][:PEAKS]
         found = found[values[found] >= above]
-        lower, upper = grid[np.maximum(found - 1, 0)], grid[found + 1]
-        for _ in range(zooms if len(found) else 0):
-            x = lower[:, None] + (upper - lower)[:, None] * np.linspace(0.0, 1.0, 5)
-            states = self._respond(state, x.ravel(), force[:, j : j + 1])[:, :, 0]
-            best = np.argmax(self._quantities(state, magnet, x.ravel(), states)[0][k].reshape(x.shape), axis=1)
-            rows = np.arange(len(x))
-            lower, upper = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, 4)]
-        return np.append((lower + upper) / 2.0, grid[-1])
+
+        def value(x: Array) -> Array:
+            speeds = x.ravel()
+            return np.asarray(self._quantities(state, magnet, speeds, outputs.at(speeds))[0][k].reshape(x.shape))
+
+        return np.append(zoomed(value, grid[np.maximum(found - 1, 0)], grid[found + 1], zooms), grid[-1])
 
     def _sample(self, state: State, magnet: int, k: int, j: int, speeds: Array, force: Array, end: float) -> Samples:
         f, member = force[:, j], state.member
-        states = self._respond(state, speeds, force[:, j : j + 1])[:, :, 0]
-        amplitudes = self._amplitudes(state, magnet, states)
+        matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
+        states = np.linalg.solve(matrices, (speeds**2)[:, None, None] * f[:, None])[:, :, 0]
+        amplitudes = self._amplitudes(magnet, states @ state.ports[2].T)
         values, inner, outer = self.magnets.at(magnet, member.p, amplitudes[0][0], amplitudes[1][0], speeds)
         weights: Array = inner[k, :, 0, None] * amplitudes[0][1] + inner[k, :, 1, None] * amplitudes[1][1]
-        matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
         adjoint = np.linalg.solve(matrices.transpose(0, 2, 1), (weights @ state.ports[2])[:, :, None])[:, :, 0]
         x, y = state.lifted(states, adjoint)
         slopes = state.forms(y, x, 1j * speeds, speeds) + member.form("C", weights, x)
