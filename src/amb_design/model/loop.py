@@ -240,6 +240,42 @@ def close(plant: Structure) -> Pencil:
     return Pencil(e, a0, a1, real(inputs), real(outputs))
 
 
+def ports(plant: Structure, pencil: Pencil) -> tuple[Matrix, Matrix, Matrix]:
+    """Where disturbances of the sensors enter, and what is looked at.
+
+    Parameters
+    ----------
+    plant : Structure
+    pencil : Pencil
+        Its closed loop.
+
+    Returns
+    -------
+    F, G : states by control loops
+        Of disturbances [m] added to the displacements at the sensors, and of their rates.
+    C : outputs by states
+        Displacements at the sensors [m] and control currents [A] of all loops, then displacements at the axes of all
+        magnets [m].
+    """
+    n, total = plant.size, pencil.A0.shape[0]
+    controlled = [(a, a.chain) for a in plant.axes if a.chain is not None]
+    enter: list[list[Matrix]] = [[], []]
+    currents, start = [], 2 * n
+    for axis, chain in controlled:
+        k = chain.a.shape[0]
+        push = axis.current_stiffness * axis.actuator
+        below, above = ca.DM(start - 2 * n, 1), ca.DM(total - start - k, 1)
+        for j in (0, 1):
+            enter[j].append(ca.vertcat(ca.DM(n, 1), -push * chain.d[0, j], below, chain.b[:, j], above))
+        row = [-chain.d[0, 0] * axis.sensor.T, -chain.d[0, 1] * axis.sensor.T, below.T, -chain.c, above.T]
+        currents.append(ca.horzcat(*row))
+        start += k
+    sensed = [ca.horzcat(a.sensor.T, ca.DM(1, total - n)) for a, _ in controlled]
+    moved = [ca.horzcat(a.actuator.T, ca.DM(1, total - n)) for a in plant.axes]
+    columns = [ca.horzcat(ca.DM(total, 0), *group) for group in enter]
+    return columns[0], columns[1], ca.vertcat(ca.DM(0, total), *sensed, *currents, *moved)
+
+
 def _lower(k: Matrix, c: Matrix, m: int) -> Matrix:
     """Blocks of the second row of the pencil alone."""
     n = k.shape[0]

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from ..analysis.critical import critical_speeds
-from ..analysis.sensitivity import sensitivity
+from ..analysis.sensitivity import CHECKED_TO, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
 from ..analysis.system import Array, System, system
 from ..analysis.threads import one_thread
@@ -139,7 +139,8 @@ def _value(loop: System, measure: Measure, end: float) -> tuple[float, float | N
     if q in ("damping_ratio", "decay_rate"):
         return _damping(loop, measure, end)
     if q == "sensitivity_peak":
-        return max((sensitivity(loop, float(s)).worst.value, float(s)) for s in LOOPS * end)
+        speeds = [(float(s), max(CHECKED_TO, 3.0 * float(s), measure.option("up_to"))) for s in LOOPS * end]
+        return max((sensitivity(loop, s, highest=top).worst.value, s) for s, top in speeds)
     if q == "separation_margin":
         service = float(machine.operation.service_speed)
         found = [

@@ -165,11 +165,7 @@ class Case:
             chosen = modes.in_window(state.spectra(fractions * end).values, window)
             out["damping_ratio"] = modes.damping(modes.modes(state, fractions, end, chosen, real_form))
         if "sensitivity_peak" in self.measures:
-            bound = self._bound("sensitivity_peak")
-            count = len(self.loops.axes)
-            out["sensitivity_peak"] = loops.sensitivity(
-                state, checked, end, count, self.loops.complex_form, 0.2 * bound
-            )
+            out["sensitivity_peak"] = self._sensitivity(state, checked, end)
         if self.unbalance is not None:
             out |= self.unbalance.samples(state, end)
         if "separation_margin" in self.measures:
@@ -177,14 +173,22 @@ class Case:
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
-    def guard(self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete") -> Samples:
-        """Stability of a more faithful model at few speeds, for modes that the searched one does not have.
+    def guard(
+        self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete"
+    ) -> dict[str, Samples]:
+        """Stability and sensitivity of a more faithful model at few speeds, for modes that the searched one does not have.
 
         What the controller does to modes of high frequency hardly depends on the speed.
         """
         found = modes.modes(state, fractions, end, real_form=not self.loops.complex_form)
-        samples = modes.stability(found)
-        return dataclasses.replace(samples, groups=tuple(f"{label} {g}" for g in samples.groups))
+        out = {"stability": modes.stability(found)}
+        if "sensitivity_peak" in self.measures:
+            out["sensitivity_peak"] = self._sensitivity(state, fractions, end)
+        return {q: dataclasses.replace(s, groups=tuple(f"{label} {g}" for g in s.groups)) for q, s in out.items()}
+
+    def _sensitivity(self, state: State, fractions: Array, end: float) -> Samples:
+        above, up_to = 0.2 * self._bound("sensitivity_peak"), self.measures["sensitivity_peak"].option("up_to")
+        return loops.sensitivity(state, fractions, end, len(self.loops.axes), self.loops.complex_form, above, up_to)
 
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]
@@ -211,7 +215,7 @@ class Evaluator:
     margins : dict of str to float
         By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
     watched : dict of str to (Case, ndarray)
-        By scenario: the twice finer model, and fractions of the range at which its stability is held down too.
+        By scenario: the twice finer model, and fractions of the range at which its stability and sensitivity are held too.
     eigensolves : dict of int to int
         Eigendecompositions so far, by size.
     """
@@ -283,11 +287,13 @@ class Evaluator:
             self._count(state)
             if modes is not None and modes < case.loops.displacements:
                 complete = case.state(p)
-                parts.append(self._rows(case.name, "stability", case.guard(complete, end), rates, level))
+                for quantity, samples in case.guard(complete, end).items():
+                    parts.append(self._rows(case.name, quantity, samples, rates, level))
                 self._count(complete)
-        for name, (case, fractions) in self.watched.items() if modes is None else ():
+        for name, (case, at) in self.watched.items() if modes is None else ():
             finer = case.state(p)
-            parts.append(self._rows(name, "stability", case.guard(finer, end, fractions, "finer"), rates, level))
+            for quantity, samples in case.guard(finer, end, at, "finer").items():
+                parts.append(self._rows(name, quantity, samples, rates, level))
             self._count(finer)
         return Rows(
             np.concatenate([r.values for r in parts]),
@@ -301,7 +307,7 @@ class Evaluator:
         )
 
     def watch(self, scenario: str, fraction: float) -> None:
-        """Hold the stability of the twice finer model down too, from now on.
+        """Hold the stability and sensitivity of the twice finer model too, from now on.
 
         Parameters
         ----------

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ..analysis.system import Array
-from ..model.loop import Pencil, Structure, close, structure
+from ..model.loop import Structure, close, ports, structure
 from ..model.mesh import plan
 from ..model.pair import real
 from ..spec.machine import Machine
@@ -86,12 +86,12 @@ def loop_family(
     )
     plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
     pencil = close(plant)
-    disturb, disturb_rate, outputs = _ports(plant, pencil)
-    ports = {"F": real(disturb), "G": real(disturb_rate), "C": real(outputs)}
+    disturb, disturb_rate, outputs = ports(plant, pencil)
+    looked_at = {"F": real(disturb), "G": real(disturb_rate), "C": real(outputs)}
     return LoopFamily(
         problem,
         scenario,
-        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **ports}),
+        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **looked_at}),
         p,
         symbolic,
         plant,
@@ -106,27 +106,6 @@ def _scaled(machine: Machine, scenario: Scenario | None) -> Machine:
         return machine
     paths = {path: factor for name, factor in scenario.factors for path in find(machine, name)}
     return replace(machine, {path: factor * value(machine, path) for path, factor in paths.items()})
-
-
-def _ports(plant: Structure, pencil: Pencil) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Where disturbances of the sensors enter, with their rates, and what is looked at."""
-    n, total = plant.size, pencil.A0.shape[0]
-    controlled = [(a, a.chain) for a in plant.axes if a.chain is not None]
-    enter: list[list[ca.SX]] = [[], []]
-    currents, start = [], 2 * n
-    for axis, chain in controlled:
-        k = chain.a.shape[0]
-        push = axis.current_stiffness * axis.actuator
-        below, above = ca.SX(start - 2 * n, 1), ca.SX(total - start - k, 1)
-        for j in (0, 1):
-            enter[j].append(ca.vertcat(ca.SX(n, 1), -push * chain.d[0, j], below, chain.b[:, j], above))
-        row = [-chain.d[0, 0] * axis.sensor.T, -chain.d[0, 1] * axis.sensor.T, below.T, -chain.c, above.T]
-        currents.append(ca.horzcat(*row))
-        start += k
-    sensed = [ca.horzcat(a.sensor.T, ca.SX(1, total - n)) for a, _ in controlled]
-    moved = [ca.horzcat(a.actuator.T, ca.SX(1, total - n)) for a in plant.axes]
-    columns = [ca.horzcat(ca.SX(total, 0), *group) for group in enter]
-    return columns[0], columns[1], ca.vertcat(ca.SX(0, total), *sensed, *currents, *moved)
 
 
 def _unbalance(problem: DesignProblem, scenario: Scenario | None, plant: Structure, total: int) -> Array:

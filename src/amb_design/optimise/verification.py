@@ -155,7 +155,9 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
 def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) -> None:
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
-    if finer and e.quantity == "stability" and e.speed is not None:  # perhaps in a mode of the finer mesh alone
+    if (
+        finer and e.quantity in ("stability", "sensitivity_peak") and e.speed is not None
+    ):  # perhaps in a mode of the finer mesh alone
         ev.watch(e.scenario, float(np.clip(e.speed / end, 0.0, 1.0)))
         return
     fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))

@@ -59,6 +59,9 @@ class Quantity:
 
 _WINDOW = Option("rad/s", 2, (1.0, 1e9), "whirl frequencies between which modes count")
 _DISKS = Option("name", -1, (), "names of the disks that count; all that have an outer diameter if left out")
+_UP_TO = Option(
+    "rad/s", 0, 0.0, "highest frequency, where that is above 2 kHz and three times the speed, the range of ISO 14839-3"
+)
 _OVERSPEED = Option("", 0, 1.0, "factor on the highest speed of the range")
 
 QUANTITIES: dict[str, Quantity] = {
@@ -80,6 +83,7 @@ QUANTITIES: dict[str, Quantity] = {
             True,
             "ISO 14839-3 peak sensitivity of every loop, at rest and over the range of speeds",
             ("loops",),
+            options={"up_to": _UP_TO},
             objective=True,
         ),
         Quantity("bias_current", "A", True, "largest bias current of any magnet", ("bias",), objective=True),

@@ -21,7 +21,13 @@ ZOOMS = 9
 
 
 def sensitivity(
-    state: State, fractions: Array, end: float, loops: int, complex_form: bool, above: float = 0.0
+    state: State,
+    fractions: Array,
+    end: float,
+    loops: int,
+    complex_form: bool,
+    above: float = 0.0,
+    up_to: float = 0.0,
 ) -> Samples:
     """Peaks of the sensitivity functions.
 
@@ -38,9 +44,11 @@ def sensitivity(
         Then a physical axis sees the mean of the forward and the backward sensitivity.
     above : float
         Lower peaks are left out, except for the highest.
+    up_to : float
+        Highest frequency [rad/s], where that is above the standard's.
     """
     found = [
-        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above)
+        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above, max(CHECKED_TO, up_to))
         for k in range(len(fractions))
         for j in range(loops)
     ]
@@ -94,8 +102,8 @@ class _View:
         return slopes, self.fraction * np.einsum("ki,ij,kj->k", y, self.state.a1, x)
 
 
-def _peaks(view: _View, loop: int, above: float) -> Samples:
-    top = max(CHECKED_TO, 3.0 * view.speed)
+def _peaks(view: _View, loop: int, above: float, least: float) -> Samples:
+    top = max(least, 3.0 * view.speed)
     near = np.abs(view.values.imag)
     width = np.abs(view.values.real)
     around = np.concatenate([near, near - width, near + width])
@@ -111,7 +119,7 @@ def _peaks(view: _View, loop: int, above: float) -> Samples:
     value = view.at(w, loop)
     slopes, rates = view.slopes(w, loop)
     # A peak stays where the derivative is zero, but at the end of the frequencies it moves with that end.
-    moves = 3.0 * view.fraction * ((w >= top * (1.0 - 1e-9)) & (top > CHECKED_TO))
+    moves = 3.0 * view.fraction * ((w >= top * (1.0 - 1e-9)) & (top > least))
     rates = rates + moves * view.frequency_rates(w, loop)
     if view.complex_form:
         back, back_rates = view.slopes(-w, loop)

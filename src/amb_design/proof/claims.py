@@ -1,0 +1,333 @@
+"""What is proven of a machine: its stability limit, damping, sensitivities, and what tolerances leave of the limit."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..analysis.stability import FOUND, NONE, stability_limit
+from ..analysis.system import Array, System, dense, system
+from ..analysis.threads import one_thread
+from ..errors import ModelError, SolveError, SpecError
+from ..model.loop import ports
+from ..model.pair import real
+from ..spec.machine import Machine
+from .checker import FORMAT, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
+from .cover import Cover, cover
+from .tolerances import directions
+
+WIDTHS = (1e-6, 1e-5, 1e-4, 1e-3)
+"""Relative widths of the bracket that are tried one after the other."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proven of a machine, with its certificate.
+
+    Attributes
+    ----------
+    statements : tuple of str
+        What is proven, a sentence each.
+    lower, upper : float or None
+        Proven stable at every speed up to the first, unstable at the second [rad/s]; None where nothing was found.
+    robust : float or None
+        Proven stable up to this speed with the tolerances that were asked for [rad/s].
+    damped, sensitive : float or None
+        Speeds up to which the damping ratio and the sensitivities that were asked for are proven [rad/s].
+    certificate : dict
+    matrices : dict of str to ndarray
+        To which it belongs.
+    seconds : float
+        That it took.
+    """
+
+    statements: tuple[str, ...]
+    lower: float
+    upper: float | None
+    robust: float | None
+    damped: float | None
+    sensitive: float | None
+    certificate: dict[str, Any] = field(repr=False)
+    matrices: dict[str, Array] = field(repr=False)
+    seconds: float = 0.0
+
+    def check(self) -> list[str]:
+        """Check all claims, as a reviewer would.
+
+        Raises
+        ------
+        ProofError
+            If one does not hold.
+        """
+        return check(read(json.dumps(self.certificate)), self.matrices)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the certificate, and the matrices beside it.
+
+        Parameters
+        ----------
+        path : str or path
+            Of the certificate, a JSON file; the matrices go to a file of the same name that ends in ``.npz``.
+
+        Raises
+        ------
+        SpecError
+            If it cannot be written.
+        """
+        file = Path(path)
+        try:
+            np.savez_compressed(file.with_suffix(".npz"), allow_pickle=False, **self.matrices)
+            file.write_text(json.dumps(self.certificate, separators=(",", ":")) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise SpecError(
+                f"cannot be written ({error.strerror or error})", file=str(file), remedy="name another place"
+            ) from None
+        return file
+
+
+@one_thread
+def prove_stability_limit(
+    machine: Machine | System,
+    top_speed: float | None = None,
+    *,
+    damping_ratio: float | None = None,
+    sensitivity_peak: float | None = None,
+    up_to: float | None = None,
+    within: Mapping[str, float] | None = None,
+) -> Proof:
+    """Prove between which two speeds a machine becomes unstable, and what else is asked for.
+
+    Parameters
+    ----------
+    machine : Machine or System
+    top_speed : float, optional
+        Look up to this speed [rad/s]; the machine's own top speed if left out.
+    damping_ratio : float, optional
+        Prove that all eigenvalues have a larger damping ratio.
+    sensitivity_peak : float, optional
+        Prove that the sensitivity of every loop stays below, at every frequency; in the complex form for forward and backward whirl
+        each, of which a physical axis sees the mean.
+    up_to : float, optional
+        Speed [rad/s] up to which damping, sensitivity and tolerances must hold; as far as they can be proven below the
+        stability limit if left out.
+    within : mapping of str to float, optional
+        Relative tolerances of numbers of the machine by path, each of them anywhere within +- that part of its value:
+        ``{"magnets.current_stiffness": 0.05, "bearings.stiffness": 0.05}``. All numbers that a short path fits vary together.
+
+    Returns
+    -------
+    Proof
+
+    Raises
+    ------
+    SolveError
+        If something cannot be proven; the message says how far it was.
+    SpecError
+        If a tolerance names nothing, or numbers that do not enter the matrices linearly.
+    ModelError
+        If a range of speeds or a bound makes no sense.
+
+    Notes
+    -----
+    What is proven holds for the matrices of the model as they are stored, at any constant speed. That the mesh is fine
+    enough, the model is right and the speed changes slowly is not proven.
+    """
+    clock = time.perf_counter()
+    loop = machine if isinstance(machine, System) else system(machine)
+    if damping_ratio is not None and not 0.0 < damping_ratio < 1.0:
+        raise ModelError(f"damping_ratio = {damping_ratio:g} must lie between 0 and 1")
+    if sensitivity_peak is not None and not 1.0 < sensitivity_peak < 1e6:
+        raise ModelError(f"sensitivity_peak = {sensitivity_peak:g} must be above 1")
+    if up_to is not None and not 0.0 < up_to < np.inf:
+        raise ModelError(f"up_to = {up_to:g} rad/s must be positive and finite")
+    found = stability_limit(loop, top_speed, first_only=True)
+    if found.status not in (FOUND, NONE):
+        raise SolveError(f"{loop.machine.name} is {found.status}: there is no stability limit to prove")
+    matrices = {"A0": loop.A0, "A1": loop.A1}
+    parts = [Ball(m) for m in matrices.values()]
+    claims: list[dict[str, Any]] = []
+    lower, upper = _bracket(Family(parts), found.speed, found.status == FOUND, claims)
+    goal = min(up_to or lower, lower)
+    if up_to is not None and up_to > lower * (1.0 + 1e-9):
+        raise SolveError(f"stability is proven up to {lower:.10g} rad/s only, not up to {up_to:.10g}")
+    damped = sensitive = robust = None
+    if damping_ratio is not None:
+        rotated = [Family(sector(parts, sign * damping_ratio)) for sign in (1.0, -1.0)]
+        what = f"a damping ratio of {damping_ratio:g}"
+        damped = _together(rotated, goal, up_to, what, claims, kind="damping", ratio=damping_ratio)
+    if sensitivity_peak is not None:
+        enter, leave = sensitivity_ports(loop)
+        matrices |= {"B": enter, "C": leave}
+        reached = []
+        for k in range(enter.shape[1]):
+            h = Family(hamiltonian(parts, Ball(enter[:, k : k + 1]), Ball(leave[k : k + 1]), sensitivity_peak))
+            what = f"a sensitivity of loop {k} below {sensitivity_peak:g}"
+            more = {"kind": "sensitivity", "below": sensitivity_peak, "loop": k}
+            reached.append(_together([Family(parts), h], goal, up_to, what, claims, half=loop.size, **more))
+        sensitive = min(reached, default=None)
+    if within:
+        moves = directions(loop, within)
+        matrices |= {f"D_{name}": move for name, move in moves.items()}
+        sides = tuple(float(within[name]) for name in moves)
+        family = Family([*parts, *[Ball(m) for m in moves.values()]])
+        done = cover(family, 0.0, goal, sides, resolution=1e-4)
+        if done.tree is None or (up_to is not None and done.reached < up_to):
+            raise _short_of("stability within the tolerances", done, up_to or goal)
+        robust = done.reached
+        box = {name: float(within[name]) for name in moves}
+        claims.append({"kind": "stable", "speeds": [0.0, robust], "box": box, "cover": done.tree})
+    certificate = {
+        "format": FORMAT,
+        "machine": loop.machine.name,
+        "version": __version__,
+        "sha256": fingerprint(matrices),
+        "claims": claims,
+    }
+    proof = Proof((), lower, upper, robust, damped, sensitive, certificate, matrices)
+    try:
+        statements = tuple(proof.check())
+    except ProofError as error:  # pragma: no cover - covers are made with the checker's own arithmetic
+        raise SolveError(f"the certificate does not stand its own check: {error}") from None
+    seconds = time.perf_counter() - clock
+    return Proof(statements, lower, upper, robust, damped, sensitive, certificate, matrices, seconds)
+
+
+def _bracket(family: Family, speed: float, crosses: bool, claims: list[dict[str, Any]]) -> tuple[float, float | None]:
+    """Claims that the family is stable below a speed, and unstable just above it."""
+    for width in WIDTHS:
+        lower, upper = (speed * (1.0 - width), speed * (1.0 + width)) if crosses else (speed, None)
+        lower = float(f"{lower:.12g}") if crosses else lower
+        done = cover(family, 0.0, lower, limit=speed if crosses else None, resolution=0.02 * width)
+        if done.reached < lower:
+            continue
+        beyond = None
+        if upper is not None:
+            beyond = _first_unstable(family, speed, width)
+            if beyond is None:
+                continue
+        claims.append({"kind": "stable", "speeds": [0.0, lower], "cover": done.tree})
+        if beyond is not None:
+            claims.append({"kind": "unstable", "speeds": [beyond, beyond], "cover": beyond})
+        return lower, beyond
+    raise _short_of("stability", done, lower)
+
+
+def _first_unstable(family: Family, speed: float, width: float) -> float | None:
+    """A speed just above the limit at which instability can be proven."""
+    for part in (0.1, 0.3, 1.0):
+        upper = float(f"{speed * (1.0 + part * width):.12g}")
+        if family.holds([(upper,)], (upper,), lambda count: count > 0):
+            return upper
+    return None
+
+
+def _together(
+    families: list[Family],
+    goal: float,
+    up_to: float | None,
+    what: str,
+    claims: list[dict[str, Any]],
+    half: int | None = None,
+    **claim: Any,
+) -> float:
+    """A claim that needs two covers of the same range."""
+    allowed = [lambda count: count == 0, (lambda count: count == half) if half else (lambda count: count == 0)]
+    end = goal
+    for k in (1, 0):  # the harder one first
+        done = cover(families[k], 0.0, end, unstable=allowed[k])
+        if done.tree is None or (up_to is not None and done.reached < end):
+            raise _short_of(what, done, end)
+        end = done.reached
+    covers = [cover(f, 0.0, end, unstable=a) for f, a in zip(families, allowed, strict=True)]
+    for done in covers:
+        if done.reached < end:
+            raise _short_of(what, done, end)
+    claims.append({**claim, "speeds": [0.0, end], "cover": [done.tree for done in covers]})
+    return end
+
+
+def _short_of(what: str, done: Cover, goal: float) -> SolveError:
+    if done.tree is None:
+        return SolveError(f"{what} cannot be proven even at rest")
+    return SolveError(
+        f"{what} is proven up to {done.reached:.10g} rad/s in {done.cells} cells, not up to {goal:.10g} rad/s: beyond, "
+        "no cell however short can be shown to hold"
+    )
+
+
+def sensitivity_ports(loop: System) -> tuple[Array, Array]:
+    """B and C of the sensitivities 1 + C_k (s - A)^-1 B_k of all loops.
+
+    Parameters
+    ----------
+    loop : System
+
+    Returns
+    -------
+    B : ndarray, shape (n, loops)
+    C : ndarray, shape (loops, n)
+
+    Raises
+    ------
+    ModelError
+        If a controller passes the rate of its sensor straight on, which leaves B dependent on the speed.
+    """
+    f, g, c = (dense(real(m)) for m in ports(loop.plant, loop.pencil))
+    enter, rate = loop.from_rate @ f, loop.from_rate @ g
+    leave = c[: f.shape[1]] @ loop.to_state
+    if (np.abs(loop.A1) @ np.abs(rate)).any() or not np.allclose(leave @ rate, 0.0):
+        raise ModelError(
+            "a controller without low-pass or amplifier has no sensitivity that can be proven; add one of them"
+        )
+    return np.asarray(enter + loop.A0 @ rate), np.asarray(leave)
+
+
+def check_proof(path: str | os.PathLike[str], machine: Machine | None = None) -> list[str]:
+    """Check a saved proof.
+
+    Parameters
+    ----------
+    path : str or path
+        Of the certificate.
+    machine : Machine, optional
+        Then its matrices, computed anew, must be those of the certificate too.
+
+    Returns
+    -------
+    list of str
+        What is proven.
+
+    Raises
+    ------
+    SpecError
+        If the certificate or its matrices cannot be read, or do not prove what they claim.
+    """
+    file = Path(path)
+    try:
+        certificate = read(file.read_text(encoding="utf-8"))
+        with np.load(file.with_suffix(".npz"), allow_pickle=False) as stored:
+            matrices = {name: stored[name] for name in stored.files}
+        if machine is not None:
+            loop = system(machine)
+            for name, matrix in (("A0", loop.A0), ("A1", loop.A1)):
+                if name not in matrices or not np.array_equal(matrices[name], matrix):
+                    raise ProofError(f"belongs to another machine than {machine.name}: {name} differs")
+        return check(certificate, matrices)
+    except ProofError as error:
+        raise SpecError(str(error), file=str(file), remedy="make the proof anew with `amb-design prove`") from None
+    except FileNotFoundError as error:
+        raise SpecError(
+            "does not exist", file=str(error.filename), remedy="name the certificate; its .npz lies beside it"
+        ) from None
+    except (OSError, ValueError, EOFError) as error:
+        raise SpecError(
+            f"cannot be read ({error})", file=str(file), remedy="name a certificate that `prove` wrote"
+        ) from None
