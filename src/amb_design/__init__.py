@@ -35,7 +35,7 @@ from .spec.magnet import Magnet
 from .spec.material import Isotropic, Orthotropic
 from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
-from .spec.problem_files import load_problem, load_problem_variants
+from .spec.problem_files import load_optimum, load_problem, load_problem_variants
 from .spec.shaft import Ply, Segment, Shaft, layup
 from .units import rpm
 
@@ -88,6 +88,7 @@ __all__ = [
     "findings",
     "layup",
     "load",
+    "load_optimum",
     "load_problem",
     "load_problem_variants",
     "load_variants",
@@ -108,14 +109,17 @@ __all__ = [
 ]
 
 
-_LATE = {  # what only designs need loads with the first design
+_LATE = {  # what only designs and proofs need loads with the first of them
     "Design": "optimise.design",
     "Family": "optimise.family",
+    "Proof": "proof.claims",
     "audit": "optimise.audit",
+    "check_proof": "proof.claims",
     "crossing": "optimise.stable_speed",
     "largest_stable": "optimise.stable_speed",
     "minimise_abscissa": "optimise.abscissa",
     "pareto": "optimise.answers",
+    "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
     "solve": "optimise.solve",
 }

@@ -137,7 +137,7 @@ def optimise(
     as_json: Json = False,
 ) -> None:
     """Find the best design of a problem, and verify it on the full model."""
-    from . import console_design
+    from . import console, console_design
     from .optimise.answers import pareto as trade
     from .optimise.answers import relaxations
     from .optimise.report import document
@@ -156,7 +156,7 @@ def optimise(
     with console_design.progress(starts, problem.objective.kind.unit) as report:
         folder = None if out is None else out / "starts"
         design = solve(problem, starts, seed, workers=workers, folder=folder, resume=resume, report=report)
-    with _staging(out) as staged, console_design.working("looking around the optimum"):
+    with _staging(out) as staged, console.working("looking around the optimum"):
         relaxed = relaxations(design) if relax and design.verified else ()
         traded = {q: trade(design, q, b) for q, b in fronts.items()} if design.verified else {}
         result = document(design, relaxed, traded)
@@ -166,10 +166,80 @@ def optimise(
                 from .design_figures import save_design_figures
 
                 save(design.machine, staged / "design.toml")
+                if design.best is not None and design.best.proof is not None:
+                    design.best.proof.save(staged / "proof.json")
                 save_design_figures(design, traded, staged, ("png", "svg") if svg else ("png",))
     _print(as_json, result, lambda: console_design.design(result, out))
     if not design.verified:
         raise SolveError(f"{problem.name}: {design.status}: {design.explanation()}")
+
+
+@app.command()
+def prove(
+    target: Target,
+    variant: Annotated[str | None, typer.Option(help="a variant of the file")] = None,
+    optimum: Annotated[
+        bool, typer.Option("--optimum", help="of a problem's stored optimum instead of its start")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="certificate to write, a .json file; matrices go beside it")] = None,
+    damping: Annotated[float | None, typer.Option(help="prove damping ratios above this one")] = None,
+    sensitivity: Annotated[float | None, typer.Option(help="prove sensitivities below this one")] = None,
+    within: Annotated[
+        list[str] | None, typer.Option(help="prove it with tolerances: 'magnets.current_stiffness=5 %'")
+    ] = None,
+    up_to: Annotated[str | None, typer.Option(help="speed up to which all this must hold: '9000 rpm'")] = None,
+    as_json: Json = False,
+) -> None:
+    """Prove the stability limit of a machine, with a certificate that anybody can check."""
+    from . import console, console_proof
+    from .proof.claims import prove_stability_limit
+    from .spec.files import load
+    from .spec.problem_files import load_optimum
+    from .units import parse_quantity
+
+    if out is not None and out.suffix != ".json":
+        raise SpecError("is no .json file", field="--out", got=str(out), remedy="name the certificate so")
+    machine = load_optimum(target, variant) if optimum else load(target, variant)
+    speed = None if up_to is None else parse_quantity(up_to, "rad/s")
+    tolerances = dict(_tolerance(text) for text in within or ())
+    with console.working("proving"):
+        proof = prove_stability_limit(
+            machine, damping_ratio=damping, sensitivity_peak=sensitivity, up_to=speed, within=tolerances
+        )
+    if out is not None:
+        proof.save(out)
+    document = {"name": machine.name, **proof.document()}
+    _print(as_json, document, lambda: console_proof.proof(document, out))
+
+
+@app.command(name="check-proof")
+def check_saved_proof(
+    file: Annotated[Path, typer.Argument(help="certificate; its matrices lie beside it")],
+    machine: Annotated[
+        str | None, typer.Option(help="machine whose matrices, made anew, must be those of the certificate")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="a variant of that machine")] = None,
+    as_json: Json = False,
+) -> None:
+    """Check a certificate."""
+    from . import console_proof
+    from .proof.claims import check_proof
+    from .spec.files import load
+
+    statements = check_proof(file, None if machine is None else load(machine, variant))
+    _print(as_json, {"proven": statements}, lambda: console_proof.checked(statements))
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    """A path and its tolerance from ``path=5 %`` or ``path=0.05``."""
+    path, _, number = text.partition("=")
+    try:
+        factor = 0.01 if number.rstrip().endswith("%") else 1.0
+        return path.strip(), factor * float(number.rstrip().rstrip("%"))
+    except ValueError:
+        raise SpecError(
+            "is no tolerance", field="--within", got=text, remedy="write 'magnets.current_stiffness=5 %'"
+        ) from None
 
 
 def _front(text: str) -> tuple[str, list[float]]:

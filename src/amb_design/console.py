@@ -17,6 +17,13 @@ from .analysis.published import Comparison
 Document = Mapping[str, Any]
 
 
+@contextmanager
+def working(text: str) -> Iterator[None]:
+    """A spinner on standard error for what has no steps to count."""
+    with Console(stderr=True).status(text):
+        yield
+
+
 def terminal() -> Console:
     """Where tables go: standard output, as wide as tables need if it is no terminal."""
     console = Console(highlight=False, soft_wrap=False)

@@ -58,13 +58,6 @@ def progress(total: int, unit: str) -> Iterator[Callable[[Outcome], None]]:
         yield advance
 
 
-@contextmanager
-def working(text: str) -> Iterator[None]:
-    """A spinner on standard error for what has no steps to count."""
-    with Console(stderr=True).status(text):
-        yield
-
-
 def design(d: Document, out: Path | None) -> None:
     """Print a design.
 
@@ -145,6 +138,8 @@ def _comparison(console: Console, d: Document) -> None:
     table.add_row(
         "stability limit", _limit_text(before["stability_limit"]), _limit_text(after["stability_limit"]), "", ""
     )
+    if after["proof"] is not None:
+        table.add_row("proven stable", "", f"to {after['proof']['stable_up_to_rpm']:.2f} rpm", "", "on its own mesh")
     if "within_limits_up_to_rpm" in before:
         reach = before["within_limits_up_to_rpm"]
         table.add_row(

@@ -84,9 +84,16 @@ class Chain:
     def __init__(self, realisation: Realisation):
         a, b, c, d = (np.array(ca.DM(m).full()) for m in (realisation.a, realisation.b, realisation.c, realisation.d))
         self._a, self._b, self._c, self._d = a, b, c, d
+        self._last = float("nan"), 0j
 
     def at(self, frequency: float) -> complex:
         """G(i frequency) [A/m], without the minus sign of the feedback."""
+        size = abs(frequency)  # the coefficients are real: one solution serves forward and backward whirl
+        if self._last[0] != size:
+            self._last = size, self._solve(size)
+        return self._last[1] if frequency >= 0.0 else self._last[1].conjugate()
+
+    def _solve(self, frequency: float) -> complex:
         s = 1j * frequency
         inputs = np.array([1.0, s])
         direct = self._d[0] @ inputs

@@ -85,7 +85,12 @@ class Audit:
 
 @one_thread
 def audit(
-    problem: DesignProblem, values: Mapping[str, float], end: float, finer: int = 1, stability_only: bool = False
+    problem: DesignProblem,
+    values: Mapping[str, float],
+    end: float,
+    finer: int = 1,
+    stability_only: bool = False,
+    known: Mapping[str, StabilityLimit] | None = None,
 ) -> Audit:
     """Compute all quantities of a problem at a design.
 
@@ -100,6 +105,8 @@ def audit(
         Factor on the number of elements.
     stability_only : bool
         Leave the other quantities out.
+    known : mapping of str to StabilityLimit, optional
+        Stability limits by scenario, where an earlier audit of the same design on the same mesh found them.
     """
     base = problem.with_values(values)
     measures = list(problem.constraints)
@@ -110,7 +117,8 @@ def audit(
         name = "" if case is None else case.name
         machine = scenario_machine(base, case)
         loop = system(machine, plan(machine).finer(finer) if finer > 1 else None)
-        limits[name] = stability_limit(loop, max(problem.top_speed, end), first_only=True)
+        top = max(problem.top_speed, end)
+        limits[name] = known[name] if known else stability_limit(loop, top, first_only=True)
         if stability_only:
             continue
         driven = [m.quantity for m in asked if m.quantity in DRIVEN]

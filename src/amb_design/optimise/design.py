@@ -13,6 +13,8 @@ import numpy as np
 from ..analysis.gradient import stability_gradient
 from ..analysis.stability import FOUND as LIMIT_FOUND
 from ..analysis.stability import StabilityLimit
+from ..errors import SolveError
+from ..proof.claims import Proof, prove_stability_limit
 from ..spec.machine import Machine
 from ..spec.paths import numbers
 from ..spec.problem import DesignProblem, Limit
@@ -103,6 +105,19 @@ class Design:
     def machine(self) -> Machine:
         """The machine with the design's numbers."""
         return self.problem.with_values(self.values)
+
+    @cached_property
+    def proof(self) -> Proof:
+        """Proof of the stability limit of the design's machine, on its own mesh.
+
+        Raises
+        ------
+        SolveError
+            If there is no design, or its stability limit cannot be proven.
+        """
+        if self.best is None:
+            raise SolveError(f"{self.problem.name}: {self.status}: there is nothing to prove")
+        return self.best.proof or prove_stability_limit(self.machine)
 
     @property
     def objective(self) -> float:

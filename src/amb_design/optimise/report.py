@@ -56,6 +56,7 @@ def document(
         out["before"]["within_limits_up_to_rpm"] = design.reach_before * RPM
     if design.best is not None:
         out["after"] = _state(design, design.best.audits[0], design.values)
+        out["after"]["proof"] = design.best.proof.document() if design.best.proof else None
         out["after"]["finer_mesh"] = _state(design, design.best.audits[1], design.values)
         out["sensitivities"] = [{"number": path, "percent_per_percent": s} for path, s in design.sensitivities]
     out["relaxations"] = [

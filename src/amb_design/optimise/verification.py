@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import SolveError
+from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
 from .audit import Audit, audit, stable_up_to
 from .start import INFEASIBLE, Outcome, Starter
@@ -58,6 +60,8 @@ class Verified:
         Empty if the design holds.
     rounds : int
         How often it was refined.
+    proof : Proof or None
+        Of the stability of the machine as drawn, on the design's own mesh; None where it cannot be proven.
     """
 
     outcome: Outcome
@@ -65,6 +69,7 @@ class Verified:
     audits: tuple[Audit, ...]
     excesses: tuple[Excess, ...]
     rounds: int
+    proof: Proof | None = None
 
     @property
     def passed(self) -> bool:
@@ -137,18 +142,31 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         upper = problem.objective.kind.upper
         values = [w.value for a in audits if (w := a.worst(problem.objective.quantity, upper)) is not None]
         objective = (max if upper else min)(values)
-    return Verified(outcome, objective, tuple(audits), tuple(found), rounds)
+    proof = None if found else _proven(problem, outcome, objective if problem.seeks_speed else problem.top_speed)
+    return Verified(outcome, objective, tuple(audits), tuple(found), rounds, proof)
+
+
+def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | None:
+    """The proof of what the audits found of stability, if there is one."""
+    try:
+        proof = prove_stability_limit(problem.with_values(outcome.values), max(end, problem.top_speed))
+    except SolveError:
+        return None
+    return proof if proof.lower >= end * (1.0 - 2.0 * TOLERANCE) else None
 
 
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
+    stable: list[Audit] = []
     for stability_only in (True, False):
         audits: list[Audit] = []
-        for finer in (1, 2):
-            audits.append(audit(problem, outcome.values, end, finer, stability_only))
+        for k, finer in enumerate((1, 2)):
+            known = None if stability_only else stable[k].stability
+            audits.append(audit(problem, outcome.values, end, finer, stability_only, known))
             found = excesses(problem, audits[-1])
             if found:  # what fails needs no further look
                 return audits, found
+        stable = audits
     return audits, []
 
 

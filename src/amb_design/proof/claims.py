@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
+from ..analysis.certificate import Crossing, Walk
 from ..analysis.stability import FOUND, NONE, stability_limit
 from ..analysis.system import Array, System, dense, system
 from ..analysis.threads import one_thread
@@ -21,8 +24,11 @@ from ..model.loop import ports
 from ..model.pair import real
 from ..spec.machine import Machine
 from .checker import FORMAT, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
-from .cover import Cover, cover
+from .cover import Cover, count, cover
 from .tolerances import directions
+
+CORNERS = 6
+"""Tolerances whose corners are all looked at before a proof is tried."""
 
 WIDTHS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Relative widths of the bracket that are tried one after the other."""
@@ -69,6 +75,21 @@ class Proof:
         """
         return check(read(json.dumps(self.certificate)), self.matrices)
 
+    def document(self) -> dict[str, Any]:
+        """The proof as data, without its certificate."""
+        rpm = 30.0 / np.pi
+        speeds = {"stable_up_to": self.lower, "unstable_at": self.upper, "stable_within_tolerances_up_to": self.robust}
+        speeds |= {"damped_up_to": self.damped, "sensitivity_held_up_to": self.sensitive}
+        return {
+            "proven": list(self.statements),
+            **{f"{name}_rpm": None if speed is None else speed * rpm for name, speed in speeds.items()},
+            "cells": sum(count(tree) for c in self.certificate["claims"] for tree in _trees(c)),
+            "bytes": len(compact(self.certificate)),
+            "states": len(self.matrices["A0"]),
+            "sha256": self.certificate["sha256"],
+            "seconds": round(self.seconds, 2),
+        }
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the certificate, and the matrices beside it.
 
@@ -85,12 +106,22 @@ class Proof:
         file = Path(path)
         try:
             np.savez_compressed(file.with_suffix(".npz"), allow_pickle=False, **self.matrices)
-            file.write_text(json.dumps(self.certificate, separators=(",", ":")) + "\n", encoding="utf-8")
+            file.write_text(compact(self.certificate) + "\n", encoding="utf-8")
         except OSError as error:
             raise SpecError(
                 f"cannot be written ({error.strerror or error})", file=str(file), remedy="name another place"
             ) from None
         return file
+
+
+def compact(certificate: Mapping[str, Any]) -> str:
+    """A certificate as text."""
+    return json.dumps(certificate, separators=(",", ":"))
+
+
+def _trees(claim: Mapping[str, Any]) -> list[Any]:
+    """The covers of a claim."""
+    return list(claim["cover"]) if claim["kind"] in ("damping", "sensitivity") else [claim["cover"]]
 
 
 @one_thread
@@ -162,27 +193,32 @@ def prove_stability_limit(
     if damping_ratio is not None:
         rotated = [Family(sector(parts, sign * damping_ratio)) for sign in (1.0, -1.0)]
         what = f"a damping ratio of {damping_ratio:g}"
-        damped = _together(rotated, goal, up_to, what, claims, kind="damping", ratio=damping_ratio)
+        truth = partial(_least_damped, loop)
+        damped = _together(rotated, goal, up_to, what, truth, claims, kind="damping", ratio=damping_ratio)
     if sensitivity_peak is not None:
         enter, leave = sensitivity_ports(loop)
         matrices |= {"B": enter, "C": leave}
         reached = []
         for k in range(enter.shape[1]):
-            h = Family(hamiltonian(parts, Ball(enter[:, k : k + 1]), Ball(leave[k : k + 1]), sensitivity_peak))
+            b, c = enter[:, k : k + 1], leave[k : k + 1]
+            h = Family(hamiltonian(parts, Ball(b), Ball(c), sensitivity_peak))
+            truth = partial(_most_sensitive, loop, b[:, 0], c[0])
             what = f"a sensitivity of loop {k} below {sensitivity_peak:g}"
             more = {"kind": "sensitivity", "below": sensitivity_peak, "loop": k}
-            reached.append(_together([Family(parts), h], goal, up_to, what, claims, half=loop.size, **more))
+            reached.append(_together([Family(parts), h], goal, up_to, what, truth, claims, half=loop.size, **more))
         sensitive = min(reached, default=None)
     if within:
         moves = directions(loop, within)
         matrices |= {f"D_{name}": move for name, move in moves.items()}
-        sides = tuple(float(within[name]) for name in moves)
-        family = Family([*parts, *[Ball(m) for m in moves.values()]])
-        done = cover(family, 0.0, goal, sides, resolution=1e-4)
-        if done.tree is None or (up_to is not None and done.reached < up_to):
-            raise _short_of("stability within the tolerances", done, up_to or goal)
-        robust = done.reached
         box = {name: float(within[name]) for name in moves}
+        family = Family([*parts, *[Ball(m) for m in moves.values()]])
+        corner = _first_corner(loop, moves, box, goal)
+        if corner == 0.0:
+            raise SolveError("stability within the tolerances is not so: a corner of theirs is unstable at rest")
+        done = cover(family, 0.0, min(goal, corner), tuple(box.values()), limit=corner, resolution=1e-3)
+        if done.tree is None or (up_to is not None and done.reached < up_to):
+            raise _short_of("stability within the tolerances", done, goal, partial(_corner_text, corner))
+        robust = done.reached
         claims.append({"kind": "stable", "speeds": [0.0, robust], "box": box, "cover": done.tree})
     certificate = {
         "format": FORMAT,
@@ -234,33 +270,67 @@ def _together(
     goal: float,
     up_to: float | None,
     what: str,
+    truth: Callable[[float], str],
     claims: list[dict[str, Any]],
-    half: int | None = None,
+    half: int = 0,
     **claim: Any,
 ) -> float:
-    """A claim that needs two covers of the same range."""
-    allowed = [lambda count: count == 0, (lambda count: count == half) if half else (lambda count: count == 0)]
-    end = goal
-    for k in (1, 0):  # the harder one first
-        done = cover(families[k], 0.0, end, unstable=allowed[k])
-        if done.tree is None or (up_to is not None and done.reached < end):
-            raise _short_of(what, done, end)
-        end = done.reached
-    covers = [cover(f, 0.0, end, unstable=a) for f, a in zip(families, allowed, strict=True)]
-    for done in covers:
-        if done.reached < end:
-            raise _short_of(what, done, end)
-    claims.append({**claim, "speeds": [0.0, end], "cover": [done.tree for done in covers]})
-    return end
+    """A claim that needs two covers of the same range, the second with `half` unstable eigenvalues."""
+    covers: list[Cover] = [Cover(None, goal, 0)] * 2
+    for k in (1, 0, 1):  # the harder one first; once more if the other one does not go as far
+        if covers[k].tree is None or covers[k].reached > goal:
+            covers[k] = cover(families[k], 0.0, goal, unstable=lambda count: count == (half if k else 0))  # noqa: B023
+        if covers[k].tree is None or (up_to is not None and covers[k].reached < goal):
+            raise _short_of(what, covers[k], goal, truth)
+        goal = min(goal, covers[k].reached)
+    claims.append({**claim, "speeds": [0.0, goal], "cover": [done.tree for done in covers]})
+    return goal
 
 
-def _short_of(what: str, done: Cover, goal: float) -> SolveError:
+def _short_of(what: str, done: Cover, goal: float, truth: Callable[[float], str] | None = None) -> SolveError:
+    """How far a proof came, and what the eigenvalues say there."""
+    there = f"; {truth(done.reached)}" if truth is not None else ""
     if done.tree is None:
-        return SolveError(f"{what} cannot be proven even at rest")
+        return SolveError(f"{what} cannot be proven even at rest{there}")
     return SolveError(
         f"{what} is proven up to {done.reached:.10g} rad/s in {done.cells} cells, not up to {goal:.10g} rad/s: beyond, "
-        "no cell however short can be shown to hold"
+        f"no cell however short can be shown to hold{there}"
     )
+
+
+def _first_corner(loop: System, moves: Mapping[str, Array], box: Mapping[str, float], top: float) -> float:
+    """Least stability limit at the corners of a box, not proven; a little above the top if all are stable up to there."""
+    if len(box) > CORNERS:
+        return 1.1 * top
+    least = 1.1 * top
+    for signs in itertools.product((-1.0, 1.0), repeat=len(box)):
+        shift = sum((sign * box[name] * moves[name] for sign, name in zip(signs, box, strict=True)), loop.A0)
+        walk = Walk(shift, loop.A1)
+        rest = walk.at(0.0)
+        if rest.unstable:
+            return 0.0
+        least = next((e.lower for e in walk.events(least, rest) if isinstance(e, Crossing)), least)
+    return least
+
+
+def _corner_text(corner: float, speed: float) -> str:
+    return f"a corner of the tolerances is unstable from {corner:.6g} rad/s"
+
+
+def _least_damped(loop: System, speed: float) -> str:
+    values = np.linalg.eigvals(loop.matrix(speed))
+    ratios = -values.real / np.abs(values)
+    k = int(np.argmin(ratios))
+    return f"the least is {ratios[k]:.3g} there, of the mode at {abs(values[k].imag) / (2.0 * np.pi):.5g} Hz"
+
+
+def _most_sensitive(loop: System, enter: Array, leave: Array, speed: float) -> str:
+    values, right = np.linalg.eig(loop.matrix(speed))
+    weights = (leave @ right) * np.linalg.solve(right, enter)
+    w = np.concatenate([values.imag + k * values.real for k in (-1.0, -0.3, 0.0, 0.3, 1.0)])
+    size = np.abs(1.0 + (weights / (1j * w[:, None] - values)).sum(axis=1))
+    k = int(np.argmax(size))
+    return f"it is {size[k]:.4g} there, at {abs(w[k]) / (2.0 * np.pi):.5g} Hz"
 
 
 def sensitivity_ports(loop: System) -> tuple[Array, Array]:
@@ -287,7 +357,12 @@ def sensitivity_ports(loop: System) -> tuple[Array, Array]:
         raise ModelError(
             "a controller without low-pass or amplifier has no sensitivity that can be proven; add one of them"
         )
-    return np.asarray(enter + loop.A0 @ rate), np.asarray(leave)
+    enter = enter + loop.A0 @ rate
+    ratio = np.abs(leave).max(axis=1) / np.abs(enter).max(axis=0)
+    scale = 2.0 ** np.round(
+        np.log2(ratio) / 2.0
+    )  # inputs and outputs of one size keep the Hamiltonian matrix well-conditioned
+    return np.asarray(enter * scale), np.asarray(leave / scale[:, None])
 
 
 def check_proof(path: str | os.PathLike[str], machine: Machine | None = None) -> list[str]:

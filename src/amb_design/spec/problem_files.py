@@ -35,6 +35,9 @@ KEYS = (
     *("free", "ties", "limits", "unbalance", "scenarios", "variants"),
 )
 
+OPTIMUM_FILE = "optimum.toml"
+OPTIMUM_FORMAT = "amb_design/optimum/1"
+
 
 def load_problem(path_or_name: str | os.PathLike[str], variant: str | None = None) -> DesignProblem:
     """Read a design problem.
@@ -80,6 +83,44 @@ def load_problem_variants(path_or_name: str | os.PathLike[str]) -> dict[str, Des
     """
     path = locate(path_or_name, (PROBLEM_FILE,))
     return read_variants(text_of(path), str(path), partial(_problem, folder=path.parent))
+
+
+def load_optimum(path_or_name: str | os.PathLike[str], variant: str | None = None) -> Machine:
+    """The machine of a problem's stored optimum.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A problem, as in `load_problem`, with an ``optimum.toml`` beside it.
+    variant : str, optional
+        Name of one of the problem's variants; the problem itself if left out.
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    SpecError
+        If there is none, or it does not belong to the problem.
+    """
+    problem = load_problem(path_or_name, variant)
+    file = locate(path_or_name, (PROBLEM_FILE,)).parent / OPTIMUM_FILE
+    if not file.is_file():
+        raise SpecError("does not exist", file=str(file), remedy="optimise the problem first")
+    return read(text_of(file), None, str(file), partial(_optimum, problem=problem, variant=variant or "base"))
+
+
+def _optimum(tables: Tables, problem: DesignProblem, variant: str) -> Machine:
+    optima = as_table(tables.get("optima", {}), "optima")
+    if variant not in optima:
+        remedy = f"known are {', '.join(optima)}" if optima else "optimise the problem first"
+        raise SpecError("is not stored", field=f"optima.{quoted(variant)}", remedy=remedy)
+    values = as_table(as_table(optima[variant], f"optima.{variant}").get("values"), f"optima.{variant}.values")
+    missing = [v.name for v in problem.variables if v.name not in values]
+    if missing:
+        raise SpecError("is missing", field=f"optima.{variant}.values.{missing[0]}", remedy="optimise the problem anew")
+    return problem.with_values({v.name: float(values[v.name]) for v in problem.variables})
 
 
 def loads_problem(
