@@ -17,6 +17,7 @@ Whatever is wrong with a file is reported as a SpecError of one sentence.
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -108,19 +109,32 @@ def load_optimum(path_or_name: str | os.PathLike[str], variant: str | None = Non
     file = locate(path_or_name, (PROBLEM_FILE,)).parent / OPTIMUM_FILE
     if not file.is_file():
         raise SpecError("does not exist", file=str(file), remedy="optimise the problem first")
-    return read(text_of(file), None, str(file), partial(_optimum, problem=problem, variant=variant or "base"))
+    try:
+        return problem.with_values(_stored(tomllib.loads(text_of(file)), problem, variant or "base"))
+    except tomllib.TOMLDecodeError as error:
+        raise SpecError(f"is no TOML ({error})", file=str(file), remedy="optimise the problem anew") from None
+    except SpecError as error:
+        raise (error if error.file else error.in_file(str(file))) from None
 
 
-def _optimum(tables: Tables, problem: DesignProblem, variant: str) -> Machine:
+def _stored(tables: Tables, problem: DesignProblem, variant: str) -> dict[str, float]:
+    if tables.get("format") != OPTIMUM_FORMAT:
+        raise SpecError(
+            "is not the format of this version", field="format", got=tables.get("format"), remedy="optimise anew"
+        )
     optima = as_table(tables.get("optima", {}), "optima")
     if variant not in optima:
         remedy = f"known are {', '.join(optima)}" if optima else "optimise the problem first"
         raise SpecError("is not stored", field=f"optima.{quoted(variant)}", remedy=remedy)
     values = as_table(as_table(optima[variant], f"optima.{variant}").get("values"), f"optima.{variant}.values")
-    missing = [v.name for v in problem.variables if v.name not in values]
-    if missing:
-        raise SpecError("is missing", field=f"optima.{variant}.values.{missing[0]}", remedy="optimise the problem anew")
-    return problem.with_values({v.name: float(values[v.name]) for v in problem.variables})
+    found = {}
+    for v in problem.variables:
+        number = values.get(v.name)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            where = f"optima.{variant}.values.{quoted(v.name)}"
+            raise SpecError("is missing or no number", field=where, got=number, remedy="optimise the problem anew")
+        found[v.name] = float(number)
+    return found
 
 
 def loads_problem(
