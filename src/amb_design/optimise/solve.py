@@ -24,6 +24,10 @@ FORMAT = "amb_design/start/1"
 Report = Callable[[Outcome], None]
 
 
+SAME = 1e-3
+"""Starts that claim objectives so close to each other count as one optimum."""
+
+
 @one_thread
 def solve(
     problem: DesignProblem,
@@ -115,12 +119,17 @@ def _first_verified(
     sign = 1.0 if problem.objective.kind.upper else -1.0
     best: Verified | None = None
     rejected: list[Verified] = []
+    settled: list[float] = []  # what starts claimed that needed no retreat
     for outcome in ranked:
         if outcome.status == INFEASIBLE:
             break
+        if any(abs(outcome.objective - claim) <= SAME * abs(claim) for claim in settled):
+            continue  # the same optimum once more
         if best is not None and sign * best.objective <= sign * outcome.objective:
             break  # the next one claims no more than what has been verified
         verified = verify(starter(problem, effort), outcome)
+        if verified.passed and (not problem.seeks_speed or verified.objective == verified.outcome.objective):
+            settled.append(outcome.objective)
         if not verified.passed:
             rejected.append(verified)
         elif best is None or sign * verified.objective < sign * best.objective:
