@@ -59,16 +59,17 @@ def list_problems(as_json: Json = False) -> None:
 
     rows = []
     for name, folder in packaged().items():
-        here, everything = (
-            (load, load_variants) if (folder / FILE_NAME).is_file() else (load_problem, load_problem_variants)
-        )
-        described = here(folder)
+        has_machine, has_problem = (folder / FILE_NAME).is_file(), (folder / PROBLEM_FILE).is_file()
+        described = load(folder) if has_machine else load_problem(folder)
+        machines = load_variants(folder) if has_machine else {}
+        designs = load_problem_variants(folder) if has_problem else {}
         rows.append(
             {
                 "name": name,
                 "source": described.source.get("title", ""),
-                "variants": [v for v in everything(folder) if v != described.name],
-                "optimise": (folder / PROBLEM_FILE).is_file(),
+                "variants": [v for v in machines if v != described.name],
+                "optimise": has_problem,
+                "design_variants": [v for v in designs if v != load_problem(folder).name],
             }
         )
     _print(as_json, {"problems": rows}, lambda: console.problems(rows))

@@ -68,12 +68,14 @@ def problems(rows: Sequence[Mapping[str, Any]]) -> None:
     Parameters
     ----------
     rows : sequence of mapping
-        With ``name``, ``source``, ``variants`` and ``optimise``.
+        With ``name``, ``source``, ``variants`` (of the machine), ``optimise`` and ``design_variants``.
     """
     table = Table("problem", "commands", "source", "variants", box=None, pad_edge=False)
     for row in rows:
         commands = "analyse, optimise" if row["optimise"] else "analyse"
-        table.add_row(*(escape(t) for t in (row["name"], commands, row["source"], ", ".join(row["variants"]))))
+        lists = {"machine": row["variants"], "design": row["design_variants"]}
+        variants = "\n".join(f"{what}: {', '.join(names)}" for what, names in lists.items() if names)
+        table.add_row(*(escape(t) for t in (row["name"], commands, row["source"], variants)))
     terminal().print(table)
 
 
