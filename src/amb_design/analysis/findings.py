@@ -19,8 +19,9 @@ from .critical import CriticalSpeed, critical_speeds
 from .frequency import Chain
 from .modes import Mode
 from .polish import sparse
+from .sensitivity import CHECKED_TO, ZONES, sensitivity
 from .spectrum import spectrum
-from .stability import FOUND, MARGINAL, UNSTABLE, StabilityLimit, stability_limit
+from .stability import FOUND, MARGINAL, NONE, UNSTABLE, StabilityLimit, stability_limit
 from .system import System, system
 from .unbalance import UnbalanceResponse, major_axis, unbalance_response
 
@@ -32,6 +33,9 @@ SHORT_STROKE = 0.02
 
 LIGHT = 0.3
 """Modes with a larger damping ratio hardly show in a response; their mesh convergence is of no interest."""
+
+BEYOND = 2.0 * math.pi * 10e3
+"""Frequency [rad/s] up to which loops are watched; few finite-element models are right above it."""
 
 MISLEADING = 0.01
 """A stability limit that hysteretic damping moves by more than this fraction deserves a warning."""
@@ -45,7 +49,7 @@ class Finding:
     ----------
     topic : str
         ``"stability"``, ``"marginal"``, ``"weight"``, ``"stroke"``, ``"current"``, ``"force"``, ``"flux"``, ``"voltage"``, ``"clearance"``,
-        ``"hysteretic"``, ``"mesh"`` or ``"certificate"``.
+        ``"spillover"``, ``"hysteretic"``, ``"mesh"`` or ``"certificate"``.
     text : str
         One or two sentences with the numbers.
     """
@@ -84,7 +88,7 @@ def findings(
     response = _stable_response(loop, limit, critical)
     if response is not None:
         found += [*_currents(response), *_flux(response), *_voltage(response), *_clearance(response)]
-    return (*found, *_hysteretic(loop, limit), *_mesh(loop, modes))
+    return (*found, *_spillover(loop, limit), *_hysteretic(loop, limit), *_mesh(loop, modes))
 
 
 def _stability(limit: StabilityLimit) -> Iterator[Finding]:
@@ -315,6 +319,20 @@ def _clearance(response: UnbalanceResponse) -> Iterator[Finding]:
             "clearance",
             f"{_which(response.machine, i)}: the unbalance response reaches {peak * 1e6:.4g} um at {where}, beyond the {what} of "
             f"{rooms[i] * 1e6:.4g} um, from {first} on.",
+        )
+
+
+def _spillover(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
+    """Modes whose damping a loop nearly undoes at frequencies that ISO 14839-3 does not look at."""
+    if limit.status not in (FOUND, NONE) or not any(a.chain is not None for a in loop.plant.axes):
+        return
+    worst = sensitivity(loop, 0.0, highest=BEYOND).worst
+    if worst.frequency > CHECKED_TO and worst.value > ZONES[-1][1]:
+        yield Finding(
+            "spillover",
+            f"At rest the sensitivity of {worst.loop} rises to {worst.value:.3g} at {worst.frequency / (2.0 * math.pi):.4g} Hz, where "
+            f"ISO 14839-3 does not look: a change of the loop's gain or phase by {100.0 / (worst.value + 1.0):.2g} % may make that "
+            "mode unstable. The controller should roll off earlier, or leave the mode alone.",
         )
 
 
