@@ -70,6 +70,18 @@ def test_quantity_reference_is_up_to_date():
     assert PROBLEMS.endswith(quantity_reference())
 
 
+def test_proof_example_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "proofs.md").read_text(encoding="utf-8")
+    (block,) = blocks(text, "python")
+    names = {}
+    exec(compile(block, "proofs.md", "exec"), names)
+    proof = names["proof"]
+    for shown in (f"{proof.lower:.10g}", f"{proof.upper:.10g}", f"{proof.lower * 30 / 3.141592653589793:.3f} rpm"):
+        assert shown in text
+    assert (tmp_path / "proof.json").stat().st_size < 1000
+
+
 def test_relative_links_lead_somewhere():
     for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "problems").glob("*/README.md")]:
         for link in re.findall(r"\]\((?!https?:)([^)#]+)", file.read_text(encoding="utf-8")):
