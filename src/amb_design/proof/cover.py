@@ -15,8 +15,11 @@ import numpy as np
 
 from .checker import Family, guesses
 
-CUTS = 7
-"""How often a cell is cut across its parameters before a shorter range of speeds is tried."""
+CUTS, CELLS = 24, 400
+"""Depth and number of cells at which a box of parameters is given up."""
+
+LATE = 0.7
+"""Where a range of speeds is cut in a box: what is hard is near its end."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,49 @@ class Cover:
     cells: int
 
 
+def box_cover(family: Family, high: float, sides: tuple[float, ...]) -> Cover:
+    """Cells that prove stability from rest to a speed for all parameters in a box.
+
+    A cell that does not hold is cut across that of speed and parameters which moves the matrix most.
+
+    Parameters
+    ----------
+    family : Family
+    high : float
+        End of the range of speeds [rad/s].
+    sides : tuple of float
+        Half widths of the box.
+
+    Returns
+    -------
+    Cover
+        Without a tree if it was given up.
+    """
+    left = [CELLS]
+
+    def cell(box: list[tuple[float, float]], cuts: int) -> Any:
+        left[0] -= 1
+        middle = [_short((a + b) / 2.0) if k == 0 else (a + b) / 2.0 for k, (a, b) in enumerate(box)]
+        corners = list(itertools.product(*[sorted({a, b}) for a, b in box]))
+        if family.holds(corners, tuple(middle), lambda count: count == 0):
+            return middle[0]
+        if cuts == CUTS or left[0] <= 0:
+            return None
+        axis = _widest(family, box, middle)
+        low, high = box[axis]
+        place = (low + high) / 2.0 if axis else _short(low + LATE * (high - low))
+        upper = cell([*box[:axis], (place, high), *box[axis + 1 :]], cuts + 1)
+        lower = None if upper is None else cell([*box[:axis], (low, place), *box[axis + 1 :]], cuts + 1)
+        return None if lower is None else [axis, place, lower, upper]
+
+    tree = cell([(0.0, high), *[(-side, side) for side in sides]], 0)
+    return Cover(tree, 0.0 if tree is None else high, 0 if tree is None else count(tree))
+
+
 def cover(
     family: Family,
     low: float,
     high: float,
-    sides: tuple[float, ...] = (),
     unstable: Callable[[int], bool] = lambda count: count == 0,
     limit: float | None = None,
     resolution: float = 1e-4,
@@ -53,8 +94,6 @@ def cover(
     family : Family
     low, high : float
         Range of speeds [rad/s].
-    sides : tuple of float
-        Half widths of the box of parameters.
     unstable : callable
         Which numbers of unstable eigenvalues the claim allows.
     limit : float, optional
@@ -66,17 +105,16 @@ def cover(
     -------
     Cover
     """
-    box = [(-side, side) for side in sides]
-    edges, cells = [low], []
+    edges, cells = [low], list[float]()
     step, share = (high - low) / 4.0, 0.8
     while edges[-1] < high:
         t = edges[-1]
         if limit is not None:
             step = min(step, 2.0 * share / (1.0 + share) * (limit - t))
         end = high if t + 1.1 * step >= high else _short(t + step)
-        found = _cell(family, [(t, end), *box], unstable, 0)
-        if found is not None:
-            cells.append(found)
+        middle = _short((t + end) / 2.0)
+        if family.holds([(t,), (end,)], (middle,), unstable):
+            cells.append(middle)
             edges.append(end)
             step, share = 1.7 * step, min(1.1 * share, 0.95)
         else:
@@ -85,10 +123,10 @@ def cover(
                 break
     if not cells:
         return Cover(None, low, 0)
-    tree = cells[-1]
+    tree: Any = cells[-1]
     for cell, edge in zip(cells[-2::-1], edges[-2:0:-1], strict=True):
         tree = [0, edge, cell, tree]
-    return Cover(tree, edges[-1], sum(map(count, cells)))
+    return Cover(tree, edges[-1], len(cells))
 
 
 def count(tree: Any) -> int:
@@ -96,33 +134,14 @@ def count(tree: Any) -> int:
     return count(tree[2]) + count(tree[3]) if isinstance(tree, list) else 1
 
 
-def _cell(family: Family, box: list[tuple[float, float]], unstable: Callable[[int], bool], cuts: int) -> Any:
-    """A cell, cut across its parameters until all parts hold; None if that does not help."""
-    middle = [_short((a + b) / 2.0) if k == 0 else (a + b) / 2.0 for k, (a, b) in enumerate(box)]
-    corners = list(itertools.product(*[sorted({a, b}) for a, b in box]))
-    if family.holds(corners, tuple(middle), unstable):
-        return middle[0]
-    if len(box) == 1 or cuts == CUTS:
-        return None
-    axis = _widest(family, box, middle)
-    low, high = box[axis]
-    place = (low + high) / 2.0
-    parts = []
-    for edges in ((low, place), (place, high)):
-        parts.append(_cell(family, [*box[:axis], edges, *box[axis + 1 :]], unstable, cuts + 1))
-        if parts[-1] is None:
-            return None
-    return [axis, place, *parts]
-
-
 def _widest(family: Family, box: list[tuple[float, float]], middle: list[float]) -> int:
-    """The parameter whose range moves the matrix most, in the coordinates of the proof."""
+    """The axis along which the cell moves the matrix most, in the coordinates of the proof."""
     matrix = sum((t * p.mid for t, p in zip(middle, family.parts[1:], strict=True)), family.parts[0].mid)
     moves = [(b - a) * p.mid for (a, b), p in zip(box, family.parts[1:], strict=True)]
     v, w, signs = guesses(matrix, moves)
     d = signs / (w @ v).diagonal()
-    sizes = [float(np.linalg.norm((w @ move @ v) / d, 2)) for move in moves[1:]]
-    return 1 + int(np.argmax(sizes))
+    sizes = [float(np.linalg.norm((w @ move @ v) / d, 2)) for move in moves]
+    return int(np.argmax(sizes))
 
 
 def _short(speed: float) -> float:
