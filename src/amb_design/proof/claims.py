@@ -354,9 +354,11 @@ def sensitivity_ports(loop: System) -> tuple[Array, Array]:
     Raises
     ------
     ModelError
-        If a controller passes the rate of its sensor straight on, which leaves B dependent on the speed.
+        If there is no loop, or a controller passes the rate of its sensor straight on, which leaves B dependent on the speed.
     """
     f, g, c = (dense(real(m)) for m in ports(loop.plant, loop.pencil))
+    if not f.shape[1]:
+        raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
     enter, rate = loop.from_rate @ f, loop.from_rate @ g
     leave = c[: f.shape[1]] @ loop.to_state
     if (np.abs(loop.A1) @ np.abs(rate)).any() or not np.allclose(leave @ rate, 0.0):

@@ -67,6 +67,9 @@ def directions(loop: System, within: Mapping[str, float]) -> dict[str, Array]:
         moved = [m.full() for m in both(np.eye(len(within))[k])]
         change = moved[0] - base[0] + 1j * (moved[1] - base[1])
         change = change if change.imag.any() else change.real
+        if not change.any():
+            remedy = "of magnets take magnets.current_stiffness and magnets.negative_stiffness"
+            raise SpecError("does not enter the matrix linearly, or not at all", field=path, remedy=remedy)
         out[path] = np.asarray(loop.from_rate @ change @ loop.to_state)
     return out
 
