@@ -109,18 +109,27 @@ __all__ = [
 ]
 
 
-_LATE = {  # what only designs and proofs need loads with the first of them
+_LATE = {  # what only designs, proofs and simulations need loads with the first of them
+    "BaseMotion": "transient.loads",
+    "Contact": "transient.loads",
     "Design": "optimise.design",
     "Family": "optimise.family",
+    "Force": "transient.loads",
+    "Impulse": "transient.loads",
     "Proof": "proof.claims",
+    "Sampling": "transient.loads",
+    "Shaking": "transient.loads",
+    "Transient": "transient.result",
     "audit": "optimise.audit",
     "check_proof": "proof.claims",
     "crossing": "optimise.stable_speed",
     "largest_stable": "optimise.stable_speed",
+    "load_transient": "transient.result",
     "minimise_abscissa": "optimise.abscissa",
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
+    "simulate": "transient.simulate",
     "solve": "optimise.solve",
 }
 

@@ -22,7 +22,7 @@ Edges = tuple[tuple[float, float], ...]
 BITS = 128
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """The certificate proves nothing."""
 
 
@@ -35,7 +35,7 @@ def exact(matrix: Array) -> acb_mat:
     if rows.dtype.kind in "ib":
         return acb_mat([[acb(int(x)) for x in row] for row in rows])
     if rows.dtype.kind not in "fc" or rows.dtype.itemsize > {"f": 8, "c": 16}[rows.dtype.kind]:
-        raise Refused(f"numbers of the type {rows.dtype}")
+        raise RefusedError(f"numbers of the type {rows.dtype}")
     return acb_mat([[acb(float(x.real), float(x.imag)) for x in row] for row in rows])
 
 
@@ -51,7 +51,8 @@ def cut(m: acb_mat, rows: range, columns: range) -> acb_mat:
 
 def blocks(parts: list[list[acb_mat]]) -> acb_mat:
     """A matrix from its blocks."""
-    return acb_mat([[x for block in band for x in block.table()[i]] for band in parts for i in range(band[0].nrows())])
+    bands = [zip(*(block.table() for block in band), strict=True) for band in parts]
+    return acb_mat([list(itertools.chain.from_iterable(rows)) for band in bands for rows in band])
 
 
 def positive_definite(m: acb_mat) -> bool:
@@ -125,9 +126,8 @@ class Affine:
     def definite(self, v: Array, w: Array, signs: Array, edges: Edges) -> bool:
         """True if S is negative definite at all corners."""
         right, left = exact(v), exact(w)
-        n = len(signs)
-        j = acb_mat([[int(signs[i]) if i == k else 0 for k in range(n)] for i in range(n)])
-        back = j * adjoint(left * right)
+        rows = adjoint(left * right).table()
+        back = acb_mat([[-x for x in row] if sign < 0 else row for row, sign in zip(rows, signs, strict=True)])
         forms = [left * (part * right) * back for part in self.parts]
         for corner in itertools.product(*edges):
             half = forms[0]
@@ -145,14 +145,14 @@ class Affine:
             if not isinstance(node, list):
                 middle = [real(node), *((a + b) / 2.0 for a, b in edges[1:])]
                 if not self.cell(middle, edges, allowed):
-                    raise Refused(f"the cell {edges[0]}")
+                    raise RefusedError(f"the cell {edges[0]}")
                 continue
             axis, place = node[0], real(node[1])
             if isinstance(axis, bool) or not isinstance(axis, int) or axis not in range(len(edges)) or len(node) != 4:
-                raise Refused("the cover")
+                raise RefusedError("the cover")
             a, b = edges[axis]
             if not a < place < b:
-                raise Refused("a cut")
+                raise RefusedError("a cut")
             for part, edge in ((node[2], (a, place)), (node[3], (place, b))):
                 todo.append((part, tuple(edge if k == axis else old for k, old in enumerate(edges))))
 
@@ -160,7 +160,7 @@ class Affine:
 def real(raw: Any) -> float:
     """A number of a certificate."""
     if isinstance(raw, bool) or not isinstance(raw, int | float) or not abs(raw) < 1e300:
-        raise Refused("a number")
+        raise RefusedError("a number")
     return float(raw)
 
 
@@ -180,11 +180,11 @@ def confirm(certificate: Mapping[str, Any], matrices: Mapping[str, Array], bits:
 
     Raises
     ------
-    Refused
+    RefusedError
         At the first that cannot be proven.
     """
     if certificate["sha256"] != digest(matrices):
-        raise Refused("the matrices")
+        raise RefusedError("the matrices")
     with ctx.workprec(bits):
         for claim in certificate["claims"]:
             confirm_claim(claim, matrices)
@@ -194,7 +194,7 @@ def confirms(certificate: Mapping[str, Any], matrices: Mapping[str, Array], bits
     """True if all claims are proven."""
     try:
         confirm(certificate, matrices, bits)
-    except Refused:
+    except RefusedError:
         return False
     return True
 
@@ -205,7 +205,7 @@ def confirm_claim(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> No
     low, high = (real(speed) for speed in claim["speeds"])
     sides = [real(side) for side in box.values()]
     if not 0.0 <= low <= high or min(sides, default=1.0) <= 0.0:
-        raise Refused("the range")
+        raise RefusedError("the range")
     edges = ((low, high), *((-side, side) for side in sides))
     rough = [np.asarray(matrices[name]) for name in ("A0", "A1", *(f"D_{name}" for name in box))]
     parts = [exact(m) for m in rough]
@@ -217,7 +217,7 @@ def confirm_claim(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> No
     elif kind == "damping":
         ratio = real(claim["ratio"])
         if not 0.0 < ratio < 1.0:
-            raise Refused("the ratio")
+            raise RefusedError("the ratio")
         for tree, z in zip(cover, (ratio, -ratio), strict=True):
             turn = acb((1 - arb(z) * arb(z)).sqrt(), arb(z))
             turned = Affine([m * complex(turn) for m in rough], [p * turn for p in parts])
@@ -225,13 +225,13 @@ def confirm_claim(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> No
     elif kind == "sensitivity":
         n, k, gamma = len(rough[0]), claim["loop"], real(claim["below"])
         if box or gamma <= 1.0 or isinstance(k, bool) or k not in range(matrices["B"].shape[1]) or len(cover) != 2:
-            raise Refused("the sensitivity")
+            raise RefusedError("the sensitivity")
         Affine(rough, parts).confirm(cover[0], edges, lambda count: count == 0)
         whole = bounded_real(parts, exact(matrices["B"][:, k : k + 1]), exact(matrices["C"][k : k + 1]), gamma)
         about = [np.array([[complex(x) for x in row] for row in m.table()]) for m in whole]
         Affine(about, whole).confirm(cover[1], edges, lambda count: count == n)
     else:
-        raise Refused("the kind")
+        raise RefusedError("the kind")
 
 
 def bounded_real(parts: list[acb_mat], b: acb_mat, c: acb_mat, gamma: float) -> list[acb_mat]:

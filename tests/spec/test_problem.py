@@ -254,7 +254,7 @@ def test_list_says_what_can_be_optimised(monkeypatch, folder, capsys):
         output = capsys.readouterr().out
         rows = rows or {row["name"]: row for row in json.loads(output)["problems"]}
     assert {name: row["optimise"] for name, row in rows.items()} == {"rig": True, "only": True, "plain": False}
-    assert rows["only"]["variants"] == ["bias-only", "lighter", "shorter"]
+    assert rows["only"]["design_variants"] == ["bias-only", "lighter", "shorter"]
     assert rows["rig"]["variants"] == ["own", "passive"]
     assert rows["only"]["source"] == "a problem for tests"
     assert output.count("analyse, optimise") == 2

@@ -41,7 +41,7 @@ Array = np.ndarray[Any, Any]
 FORMAT = "amb_design/proof/1"
 LARGEST = 2**20
 """Bytes of a certificate, and..."""
-CELLS, DEPTH = 20000, 200
+CELLS, DEPTH = 20000, 500
 """... cells and depth of a cover beyond which it is refused."""
 
 U = 2.0**-53
@@ -134,6 +134,7 @@ class Family:
     def __init__(self, parts: list[Ball]):
         self.parts = parts
 
+    @np.errstate(all="ignore")  # what overflows is not definite
     def holds(
         self, corners: list[tuple[float, ...]], middle: tuple[float, ...], unstable: Callable[[int], bool]
     ) -> bool:
@@ -224,7 +225,7 @@ def joined(a: Ball, b: Ball, c: Ball, d: Ball) -> Ball:
 def number(raw: Any) -> float:
     """A finite number of a certificate."""
     if isinstance(raw, bool) or not isinstance(raw, int | float) or not -1e300 < raw < 1e300:
-        raise ProofError(f"{raw!r:.40} is no finite number")
+        raise ProofError(f"{raw!a:.40} is no finite number")
     return float(raw)
 
 
@@ -237,6 +238,24 @@ def fingerprint(matrices: Mapping[str, Array]) -> str:
     return total.hexdigest()
 
 
+def admitted(matrices: Mapping[str, Array]) -> None:
+    """Refuse what is no matrix of finite doubles: other kinds of numbers would round, or wrap around, unnoticed."""
+    for name, m in matrices.items():
+        doubles = isinstance(m, np.ndarray) and m.dtype in (np.float64, np.complex128)
+        if not doubles or m.ndim != 2 or not m.size or not np.isfinite(m).all():
+            raise ProofError(f"{name!a:.40} is no matrix of finite doubles")
+
+
+def shown(x: float, way: int = 0, digits: int = 10) -> str:
+    """A number in few digits, rounded up (+1) or down (-1); exactly where the way is 0."""
+    text = f"{x:.{digits}g}"
+    if way == 0 or x == 0.0:
+        return repr(x).removesuffix(".0")
+    if (float(text) - x) * way < 0.0:
+        text = f"{float(text) + way * 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1):.{digits}g}"
+    return text
+
+
 def read(text: str) -> dict[str, Any]:
     """The certificate in a text.
 
@@ -245,7 +264,7 @@ def read(text: str) -> dict[str, Any]:
     ProofError
         If it is none.
     """
-    if len(text) > LARGEST:
+    if len(text.encode("utf-8", "surrogatepass")) > LARGEST:
         raise ProofError(f"is longer than {LARGEST} bytes")
     try:
         found = json.loads(text)
@@ -254,7 +273,7 @@ def read(text: str) -> dict[str, Any]:
     if not isinstance(found, dict) or not str(found.get("format", "")).startswith("amb_design/proof/"):
         raise ProofError("is no certificate of amb_design")
     if found["format"] != FORMAT:
-        raise ProofError(f"has the format {found['format']!r:.40}, but this checker reads {FORMAT}")
+        raise ProofError(f"has the format {found['format']!a:.40}, but this checker reads {FORMAT}")
     claims = found.get("claims")
     if not isinstance(claims, list) or not claims or not all(isinstance(c, dict) for c in claims):
         raise ProofError("claims nothing")
@@ -282,6 +301,7 @@ def check(certificate: Mapping[str, Any], matrices: Mapping[str, Array]) -> list
     ProofError
         At the first claim that is not proven.
     """
+    admitted(matrices)
     if certificate.get("sha256") != fingerprint(matrices):
         raise ProofError("belongs to other matrices")
     with np.errstate(all="ignore"):  # what overflows is refused
@@ -298,17 +318,18 @@ def one(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> str:
         raise ProofError(f"{low:.10g} to {high:.10g} rad/s is no range of speeds")
     missing = [name for name in ("A0", "A1", *[f"D_{n}" for n in box]) if name not in matrices]
     if missing:
-        raise ProofError(f"the matrix {missing[0]:.40} is missing")
+        raise ProofError("a matrix that a claim needs is missing")
     size = matrices["A0"].shape
     parts = [Ball(np.asarray(matrices[n])) for n in ("A0", "A1", *[f"D_{name}" for name in box])]
-    if len(size) != 2 or size[0] != size[1] or any(p.mid.shape != size or not np.isfinite(p.mid).all() for p in parts):
+    if size[0] != size[1] or any(p.mid.shape != size for p in parts):
         raise ProofError("the matrices do not fit together")
     sides = [number(side) for side in box.values()]
     if any(side <= 0.0 for side in sides):
         raise ProofError("a side of the box is not positive")
     whole = ((low, high), *[(-side, side) for side in sides])
-    within = "".join(f", {name} within {100.0 * side:.6g} %" for name, side in box.items())
-    where = f"from {low:.10g} to {high:.10g} rad/s{within}" if low < high else f"at {low:.10g} rad/s{within}"
+    within = "".join(f", {name} within {shown(100.0 * side, -1, 6)} %" for name, side in box.items())
+    range_text = f"from {shown(low, 1)} to {shown(high, -1)} rad/s" if low < high else f"at {shown(low)} rad/s"
+    where = range_text + within
     cover = claim.get("cover")
     if kind == "stable":
         Family(parts).proves(cover, whole, lambda count: count == 0)
@@ -322,14 +343,12 @@ def one(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> str:
             raise ProofError("a claim of damping is damaged")
         for part, sign in zip(cover, (1.0, -1.0), strict=True):
             Family(sector(parts, sign * ratio)).proves(part, whole, lambda count: count == 0)
-        return f"damping ratios above {ratio:.6g} {where}"
+        return f"damping ratios above {shown(ratio, -1, 6)} {where}"
     if kind == "sensitivity":
         gamma, loop = number(claim.get("below")), claim.get("loop")
         b, out = matrices.get("B"), matrices.get("C")
         if b is None or out is None or box or b.shape != out.T.shape or len(b) != size[0]:
             raise ProofError("the matrices B and C do not fit the claim of a sensitivity")
-        if not np.isfinite(b).all() or not np.isfinite(out).all():
-            raise ProofError("the matrices do not fit together")
         if type(loop) is not int or not 0 <= loop < b.shape[1] or not 1.0 < gamma < 1e6:
             raise ProofError("a claim of sensitivity is damaged")
         if not isinstance(cover, list) or len(cover) != 2:
@@ -337,5 +356,5 @@ def one(claim: Mapping[str, Any], matrices: Mapping[str, Array]) -> str:
         Family(parts).proves(cover[0], whole, lambda count: count == 0)
         enter, leave = Ball(np.asarray(b)[:, loop : loop + 1]), Ball(np.asarray(out)[loop : loop + 1])
         Family(hamiltonian(parts, enter, leave, gamma)).proves(cover[1], whole, lambda count: count == size[0])
-        return f"sensitivity of loop {loop} below {gamma:.6g} {where}"
-    raise ProofError(f"{kind!r:.40} is no kind of claim")
+        return f"sensitivity of loop {loop} below {shown(gamma, 1, 6)} {where}"
+    raise ProofError(f"{kind!a:.40} is no kind of claim")

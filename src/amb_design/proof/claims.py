@@ -23,7 +23,7 @@ from ..errors import ModelError, SolveError, SpecError
 from ..model.loop import ports
 from ..model.pair import real
 from ..spec.machine import Machine
-from .checker import FORMAT, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
+from .checker import FORMAT, LARGEST, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
 from .cover import CELLS, Cover, box_cover, count, cover
 from .tolerances import directions
 
@@ -107,6 +107,8 @@ class Proof:
             If it cannot be written.
         """
         file = Path(path)
+        if file.suffix == ".npz":
+            raise SpecError("is where the matrices go", file=str(file), remedy="name the certificate .json")
         try:
             np.savez_compressed(file.with_suffix(".npz"), allow_pickle=False, **self.matrices)
             file.write_text(compact(self.certificate) + "\n", encoding="utf-8")
@@ -395,9 +397,10 @@ def check_proof(path: str | os.PathLike[str], machine: Machine | None = None) ->
     """
     file = Path(path)
     try:
+        if file.stat().st_size > LARGEST:
+            raise ProofError(f"is longer than {LARGEST} bytes")
         certificate = read(file.read_text(encoding="utf-8"))
-        with np.load(file.with_suffix(".npz"), allow_pickle=False) as stored:
-            matrices = {name: stored[name] for name in stored.files}
+        matrices = _stored_matrices(file.with_suffix(".npz"))
         if machine is not None:
             loop = system(machine)
             for name, matrix in (("A0", loop.A0), ("A1", loop.A1)):
@@ -410,7 +413,17 @@ def check_proof(path: str | os.PathLike[str], machine: Machine | None = None) ->
         raise SpecError(
             "does not exist", file=str(error.filename), remedy="name the certificate; its .npz lies beside it"
         ) from None
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError):
         raise SpecError(
-            f"cannot be read ({error})", file=str(file), remedy="name a certificate that `prove` wrote"
+            "is no text that can be read", file=str(file), remedy="name a certificate that `prove` wrote"
         ) from None
+
+
+def _stored_matrices(file: Path) -> dict[str, Array]:
+    try:
+        with file.open("rb") as opened, np.load(opened, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except FileNotFoundError:
+        raise
+    except Exception:  # damaged archives raise whatever the reader stumbles over
+        raise ProofError(f"has damaged matrices beside it, in {file.name}") from None

@@ -123,10 +123,15 @@ def cover(
                 break
     if not cells:
         return Cover(None, low, 0)
-    tree: Any = cells[-1]
-    for cell, edge in zip(cells[-2::-1], edges[-2:0:-1], strict=True):
-        tree = [0, edge, cell, tree]
-    return Cover(tree, edges[-1], len(cells))
+    return Cover(_balanced(cells, edges[1:-1]), edges[-1], len(cells))
+
+
+def _balanced(cells: list[float], cuts: list[float]) -> Any:
+    """Cells that lie end to end as a tree of little depth."""
+    if len(cells) == 1:
+        return cells[0]
+    k = len(cells) // 2
+    return [0, cuts[k - 1], _balanced(cells[:k], cuts[: k - 1]), _balanced(cells[k:], cuts[k:])]
 
 
 def count(tree: Any) -> int:

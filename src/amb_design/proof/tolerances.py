@@ -44,6 +44,8 @@ def directions(loop: System, within: Mapping[str, float]) -> dict[str, Array]:
         for member in find(machine, path):
             if member in symbols:
                 raise SpecError("has two tolerances", field=member, remedy="name each number once")
+            if value(machine, member) == 0:
+                raise SpecError("is zero, of which no part can vary", field=path, got=member, remedy="leave it out")
             symbols[member] = value(machine, member) * (1.0 + d[k])
     pencil = close(structure(replace(machine, symbols), loop.plant.mesh, loop.complex_form))
     moving = ca.vertcat(*[m.nz[:] for m in (ca.SX(pencil.A0.re), ca.SX(pencil.A0.im))])

@@ -1,0 +1,544 @@
+"""Our search beside general-purpose optimisers, on the controllers of three packaged design problems.
+
+All solve the same problem: z = (x, level), with the design x in the unit cube and the level the end of the range of speeds over
+the top speed, from 0.02 to 1; the level is maximised while every limit holds, with the margins of our own search. The rotor is
+represented by its 16 lowest modes, beside a look at the complete model, as in the first stage of our search. The best design of a
+run is then judged on the full model: its range of speeds is shortened until no limit is violated. Throughout, 1e-4 of a limit,
+which is one of those margins, counts as nothing.
+
+Methods without gradients see `Values`, which leave out what only derivatives need, and all that could only make a hopeless point
+worse. BFGS and IPOPT see the rows of our `Evaluator` with their slopes: a dearer evaluation, but value and gradient are one.
+A random point that is looked at for a start is one evaluation, too. Every method begins at the machine as it is, and goes on
+from random points drawn as ours are. It ends after its budget of evaluations, or when 6000 in a row, over all restarts, have
+not improved its best feasible level by more than 0.1 % (those 6000 are reported as spent; before there is a feasible point
+only the budget counts). Our search takes no budget: a run is the starts 0 to 7 of the seed, each to its own end. Run::
+
+    pip install cma==4.5.0
+    python benchmarks/optimisers.py --workers 1
+
+Finished runs are kept in results/optimisers.json as they arrive, and not run again; ``--table`` prints what is there.
+"""
+
+import argparse
+import contextlib
+import copy
+import itertools
+import json
+import math
+import os
+import statistics
+import time
+import warnings
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.metadata import version
+from multiprocessing import get_context
+from unittest.mock import patch
+
+import casadi as ca
+import cma
+import numpy as np
+from common import RESULTS, write
+from scipy.optimize import differential_evolution, minimize
+from threadpoolctl import threadpool_limits
+
+import amb_design as ad
+from amb_design.optimise import nonsmooth
+from amb_design.optimise.evaluation import GUARDED, LOWEST
+from amb_design.optimise.measures import loops, whirl
+from amb_design.optimise.measures.samples import Samples
+from amb_design.optimise.measures.statics import Statics
+from amb_design.optimise.solve import starter
+from amb_design.optimise.start import ALMOST, INFEASIBLE, LOOKED_AT, Effort
+from amb_design.optimise.state import Spectra
+
+PROBLEMS = ("thesis-pid", "tum-rig-pid", "composite-spindle")
+STARTS = 8
+PATIENCE, LEAST = 6000, 1e-3
+FAR = 0.3
+"""Violation at which the rest is no longer asked: it could only make the point worse."""
+
+WORTH = 1.0
+"""Of a violation of one, in levels: the exact penalty of the methods that take no constraints."""
+
+
+# --- values alone ----------------------------------------------------------------------------------------------------
+
+
+class Bare:
+    """A state as the measures see it, but with eigenvectors at some speeds only, and slopes of zero."""
+
+    def __init__(self, state, vectors):
+        self.state, self.vectors, self.known = state, set(map(float, vectors)), {}
+
+    def __getattr__(self, name):
+        return getattr(self.state, name)
+
+    def spectra(self, speeds):
+        if self.vectors.issuperset(speeds):
+            return self.state.spectra(speeds)
+        new = np.array([s for s in speeds if s not in self.known])
+        if len(new):
+            self.known |= dict(zip(new, np.linalg.eigvals(self.a0 + new[:, None, None] * self.a1), strict=True))
+            self.state.decompositions += len(new)
+        values = np.stack([self.known[s] for s in speeds])
+        nothing = np.broadcast_to(0.0, (*values.shape, self.size))
+        return Spectra(speeds, values, nothing, nothing)
+
+    def zeros(self, count):
+        return np.zeros((count, self.member.family.parameters)), np.zeros(count)
+
+    def eigenvalue_slopes(self, values, speeds, right, left):
+        return self.zeros(len(values))
+
+
+class View(loops._View):
+    """Sensitivities without slopes."""
+
+    def slopes(self, w, loop):
+        return self.state.zeros(len(w))
+
+
+class Driven(whirl.UnbalanceMeasures):
+    """Driven quantities as a sum over modes has them, without slopes, and only peaks above half of a limit."""
+
+    def __init__(self, case):
+        super().__init__(case.loops, {q: 2.5 * above for q, above in case.unbalance.bounds.items()})
+
+    def _sample(self, state, magnet, k, j, speeds, force, end):
+        outputs = whirl._Outputs(state, force[:, j]).at(speeds)
+        none, values = ("",) * len(speeds), self._quantities(state, magnet, speeds, outputs)[0][k]
+        return Samples(values, *state.zeros(len(speeds)), none, speeds, none, speeds + 0j)
+
+
+class Values:
+    """Largest relative violation of each quantity, by the package's own measures but without derivatives.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    modes : int
+    """
+
+    def __init__(self, evaluator, modes):
+        self.ev, self.modes, self.cases = evaluator, modes, []
+        for case in evaluator.cases:
+            quick, whole = copy.copy(case), copy.copy(case)
+            quick.measures = {q: m for q, m in case.measures.items() if q in ("damping_ratio", "decay_rate")}
+            quick.unbalance, quick.statics = None, Statics(case.loops, [])
+            whole.unbalance = Driven(case) if case.unbalance else None
+            self.cases.append((quick, whole))
+
+    def __call__(self, x, level, far=FAR):
+        """By quantity.
+
+        Parameters
+        ----------
+        x : ndarray
+        level : float
+        far : float
+            Where stability is violated by more, only the eigenvalues between the speeds of the sensitivities are asked; where
+            anything is, all but the complete model.
+        """
+        ev, found = self.ev, {}
+        p, end, checked = ev.scaling.values(x), ev.end(level), ev.checked
+
+        def add(samples):
+            for quantity, s in samples.items():
+                if len(s):
+                    worst = float(ev._rows("", quantity, s, 1.0, level).values.max())
+                    found[quantity] = max(found.get(quantity, -math.inf), worst)
+
+        for quick, whole in self.cases:
+            reduced = Bare(quick.state(p, self.modes), checked * end)
+            add(quick.samples(reduced, end, np.setdiff1d(ev.fractions, checked), checked))
+            with patch.multiple(loops, _View=View, ZOOMS=3, PEAKS=3):  # ever closer is for derivatives
+                if found["stability"] <= far:
+                    add(whole.samples(reduced, end, checked, checked))
+                if max(found.values()) <= far:
+                    complete = Bare(whole.state(p), GUARDED * end)
+                    add(whole.guard(complete, end))
+                    ev._count(complete.state)
+            ev._count(reduced.state)
+        return found
+
+    def check(self, x, seed):
+        """Make sure that near a design, and where it matters, these are the evaluator's own rows."""
+        rng, compared = np.random.default_rng(seed), 0
+        for _ in range(50):
+            near, level = np.clip(x + 0.1 * rng.uniform(-1.0, 1.0, len(x)), 0.0, 1.0), rng.uniform(LOWEST, 0.3)
+            found = self(near, level, math.inf)
+            if found["stability"] > FAR:
+                continue
+            for quantity, (row, _) in largest(self.ev.rows(near, level, self.modes)).items():
+                if abs(max(row, -1.0) - max(found[quantity], -1.0)) > 0.02:  # half of a limit is low enough
+                    raise RuntimeError(f"{quantity} at {near.tolist()}, {level}: row {row}, value {found[quantity]}")
+            compared += 1
+            if compared == 5:
+                return
+        raise RuntimeError("hardly a point near the machine is stable enough for a comparison")
+
+
+def largest(rows):
+    """Largest row of each quantity, with its slope."""
+    return {rows.quantities[i]: (rows.values[i], rows.slopes[i]) for i in np.argsort(rows.values)}
+
+
+# --- runs ------------------------------------------------------------------------------------------------------------
+
+
+class Spent(Exception):  # noqa: N818  an end, no error
+    """The budget or the patience is used up."""
+
+
+class Run:
+    """What a method may ask, and what it cost.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    seed : int
+    budget : int
+        Evaluations.
+    """
+
+    def __init__(self, problem, seed, budget):
+        self.starter, self.seed, self.budget = starter(problem, Effort()), seed, budget
+        self.ev, self.modes = self.starter.evaluator, self.starter.modes
+        self.quantities = ("stability", *self.ev.limits)
+        self.lower, self.upper = np.append(np.zeros(self.ev.variables), LOWEST), np.ones(self.ev.variables + 1)
+        self.bounds = list(zip(self.lower, self.upper, strict=True))
+        self.values = Values(self.ev, self.modes)
+        self.values.check(self.starter._first(seed, 0), seed)
+        self.ev.afresh()
+        self.known, self.best, self.line = {}, (0.0, None), []
+        self.evaluations, self.mark, self.since, self.over = 0, 0.0, 0, False
+        self.clock = time.process_time()
+
+    def starts(self):
+        """Where our search begins, too: the machine, then the best of some random points."""
+        for i in itertools.count():
+            self.spend(LOOKED_AT if i else 0)
+            yield np.append(self.starter._first(self.seed, i), LOWEST)
+
+    def cost(self, z):
+        """The exact penalty function."""
+        z = np.clip(z, self.lower, self.upper)
+        worst = max(self.values(z[:-1], z[-1]).values())
+        self._seen(z, worst)
+        return -z[-1] + WORTH * max(worst, 0.0)
+
+    def sloped_cost(self, z):
+        """The exact penalty function and its gradient."""
+        rows = self._rows(z)
+        k = int(np.argmax(rows.values))
+        slope = WORTH * rows.slopes[k] * (rows.values[k] > 0.0)
+        slope[-1] -= 1.0
+        return -z[-1] + WORTH * max(rows.worst, 0.0), slope
+
+    def plain(self, z):
+        """Values of all quantities, with slopes of zero."""
+        found = self.values(z[:-1], z[-1], math.inf)
+        self._seen(z, max(found.values()))
+        return {q: (value, np.zeros(len(z))) for q, value in found.items()}
+
+    def sloped(self, z):
+        """Values and slopes of all quantities."""
+        return largest(self._rows(z))
+
+    def conditions(self, z, ask):
+        """One value a quantity, positive if violated, and their slopes; asked again for the same point they cost nothing."""
+        z = np.clip(z, self.lower, self.upper)
+        if z.tobytes() not in self.known:
+            self.spend(0)
+            found, none = ask(z), (-1.0, np.zeros(len(z)))
+            every = [found.get(q, none) for q in self.quantities]
+            self.known[z.tobytes()] = [np.array(part) for part in zip(*every, strict=True)]
+        return self.known[z.tobytes()]
+
+    def _rows(self, z):
+        rows = self.ev.rows(z[:-1], float(z[-1]), self.modes)
+        self._seen(z, rows.worst)
+        return rows
+
+    def _seen(self, z, worst):
+        level = float(z[-1])
+        if worst <= ALMOST and level > self.best[0]:
+            self.best = level, z[:-1].copy()
+            if not self.line or level > 1.0001 * self.line[-1][2]:
+                self.line.append((self.evaluations + 1, self.seconds(), level, self.eigensolves()))
+            if level > (1.0 + LEAST) * self.mark:
+                self.mark, self.since = level, self.evaluations
+        self.spend(1)
+
+    def spend(self, evaluations):
+        self.evaluations += 0 if self.over else evaluations
+        idle = self.mark > 0.0 and self.evaluations - self.since > PATIENCE
+        self.over = self.over or idle or self.evaluations >= self.budget
+        if self.over:
+            raise Spent
+
+    def seconds(self):
+        return round(time.process_time() - self.clock, 2)
+
+    def eigensolves(self):
+        return {str(size): count for size, count in sorted(self.ev.eigensolves.items())}
+
+    def judged(self):
+        """The best design on the full model: its violation as it is, and the range of speeds that it is good for."""
+        level, x = self.best
+        if x is None:
+            return {"rpm": 0.0}
+        names = [v.name for v in self.ev.problem.variables]
+        out = {"rpm": rpm(self.ev.end(self._shortened(x, level))), "violation": self.ev.rows(x, level).worst}
+        return out | {"values": dict(zip(names, self.ev.scaling.values(x), strict=True))}
+
+    def _shortened(self, x, level):
+        """Largest level, up to the given one, at which all limits hold; they are taken to hold below it, too."""
+        upper, lower, gap = level, level, 1e-4
+        while self.ev.rows(x, lower).worst > ALMOST:
+            if lower <= LOWEST:
+                return 0.0
+            upper, lower, gap = lower, max(level * (1.0 - gap), LOWEST), 4.0 * gap
+        while upper - lower > 1e-4 * level:
+            middle = 0.5 * (lower + upper)
+            lower, upper = (middle, upper) if self.ev.rows(x, middle).worst <= ALMOST else (lower, middle)
+        return lower
+
+
+def rpm(speed):
+    return float(speed) * 30.0 / math.pi
+
+
+# --- methods ---------------------------------------------------------------------------------------------------------
+
+
+def repeated(search, z):
+    """Begin anew at the end as long as that helps."""
+    value, better = math.inf, True
+    while better:
+        found = search(z)
+        better = found.fun < value - LEAST * abs(found.fun)
+        z, value = found.x, found.fun
+
+
+def slsqp(run):
+    """With one constraint a quantity, and differences over 1e-4: smaller ones do worse. It ends where a step gains nothing."""
+    up, options = -np.eye(len(run.lower))[-1], {"maxiter": 200, "ftol": 1e-6, "eps": 1e-4}
+    held = {"type": "ineq", "fun": lambda z: -run.conditions(z, run.plain)[0]}
+
+    def search(z):
+        return minimize(
+            lambda z: -z[-1], z, (), "SLSQP", lambda z: up, bounds=run.bounds, constraints=held, options=options
+        )
+
+    for start in run.starts():
+        repeated(search, start)
+
+
+def nelder_mead(run):
+    """Adaptive, with edges of a fifth of the cube."""
+    rng, options = np.random.default_rng(run.seed), {"adaptive": True, "xatol": 1e-5, "fatol": 1e-6}
+    options |= {"maxiter": run.budget, "maxfev": run.budget}
+
+    def search(z):
+        edges = 0.2 * np.where(z > 0.8, -1.0, np.where(z < 0.2, 1.0, rng.choice([-1.0, 1.0], len(z))))
+        simplex = {"initial_simplex": np.vstack([z, z + np.diag(edges)])}
+        return minimize(run.cost, z, method="Nelder-Mead", bounds=run.bounds, options=options | simplex)
+
+    for start in run.starts():
+        repeated(search, start)
+
+
+def evolution(run):
+    """Differential evolution as SciPy has it, with six designs a variable; the machine is among the first of them."""
+    options = {"popsize": 6, "tol": 1e-4, "polish": False, "maxiter": run.budget, "x0": next(run.starts())}
+    for k in itertools.count():
+        differential_evolution(run.cost, run.bounds, rng=np.random.default_rng([run.seed, k]), **options)
+        options["x0"] = None
+
+
+def cma_es(run):
+    """BIPOP: restarts with large and with small populations."""
+    starts = run.starts()
+    for k in itertools.count(1):
+        options = {"bounds": [run.lower, run.upper], "seed": 1000 * (run.seed + 1) + k, "verbose": -9}
+        cma.fmin2(run.cost, lambda: next(starts), 0.2, options, restarts=9, bipop=True)
+
+
+def bfgs(run):
+    """For functions with kinks, after Lewis and Overton."""
+    options = {"unit": np.ones(len(run.lower)), "evaluations": run.budget, "tolerance": 1e-6}
+    for start in run.starts():
+        nonsmooth.minimise(run.sloped_cost, start, run.lower, run.upper, **options)
+
+
+class Conditions(ca.Callback):
+    """The largest row of each quantity, or its slope, for CasADi."""
+
+    def __init__(self, run, slopes=False, name="conditions", options=None):
+        super().__init__()
+        self.run, self.slopes, self.jacobian = run, slopes, None
+        self.construct(name, options or {})
+
+    def get_n_in(self):
+        return 1 + self.slopes
+
+    def get_sparsity_in(self, i):
+        return ca.Sparsity.dense(len(self.run.quantities if i else self.run.lower), 1)
+
+    def get_sparsity_out(self, i):
+        return ca.Sparsity.dense(len(self.run.quantities), len(self.run.lower) if self.slopes else 1)
+
+    def eval(self, arguments):
+        try:
+            return [self.run.conditions(np.array(arguments[0]).ravel(), self.run.sloped)[self.slopes]]
+        except Spent:  # IPOPT takes no exceptions, but ends at such numbers
+            return [np.full(self.size_out(0), np.nan)]
+
+    def has_jacobian(self):
+        return not self.slopes
+
+    def get_jacobian(self, name, inputs, outputs, options):
+        self.jacobian = Conditions(self.run, True, name, options)  # to be kept alive here
+        return self.jacobian
+
+
+def ipopt(run):
+    """With one constraint a quantity, its exact gradient, and a curvature that it learns."""
+    z, conditions = ca.MX.sym("z", len(run.lower)), Conditions(run)
+    own = {"hessian_approximation": "limited-memory", "max_iter": 300, "tol": 1e-6, "print_level": 0, "sb": "yes"}
+    options = {"print_time": False, "show_eval_warnings": False, "error_on_fail": False}
+    options |= {f"ipopt.{name}": value for name, value in own.items()}
+    solver = ca.nlpsol("ipopt", "ipopt", {"x": z, "f": -z[-1], "g": conditions(z)}, options)
+    for start in run.starts():
+        solver(x0=start, lbx=run.lower, ubx=run.upper, ubg=0.0)
+
+
+METHODS = {
+    "ours": None,
+    "SLSQP, differences": slsqp,
+    "Nelder-Mead": nelder_mead,
+    "differential evolution": evolution,
+    "CMA-ES": cma_es,
+    "BFGS, exact gradients": bfgs,
+    "IPOPT": ipopt,
+}
+
+
+# --- the benchmark ---------------------------------------------------------------------------------------------------
+
+
+def one(problem, method, seed, budget):
+    """One run of a method on a problem, as an entry of the results."""
+    entry = {"problem": problem, "method": method, "seed": seed}
+    with warnings.catch_warnings(), threadpool_limits(1, user_api="blas"):
+        warnings.simplefilter("ignore")  # of optimisers that end without success
+        if method == "ours":
+            return entry | {"budget": None} | ours(ad.load_problem(problem), seed)
+        run = Run(ad.load_problem(problem), seed, budget)
+        with contextlib.suppress(Spent):
+            METHODS[method](run)
+        entry |= {"budget": budget, "evaluations": run.evaluations, "cpu_seconds": run.seconds()}
+        entry |= {"eigensolves": run.eigensolves(), "level": run.best[0]}
+        # evaluations, CPU seconds, level and eigensolves by size at each improvement of more than 0.01 %, in one line
+        return entry | {"line": [json.dumps(point) for point in run.line], "final": run.judged()}
+
+
+def ours(problem, seed):
+    """Our search, start by start."""
+    made, asked, starts = starter(problem, Effort()), Counter(), []
+    rows = made.evaluator.rows
+
+    def counted(x, level, modes=None):
+        asked["full" if modes is None else "reduced"] += 1
+        return rows(x, level, modes)
+
+    made.evaluator.rows = counted
+    for i in range(STARTS):
+        asked.clear()
+        found = made.run(seed, i)
+        reached = 0.0 if found.status == INFEASIBLE else rpm(found.objective)
+        evaluations = dict(asked) | {"looked at": LOOKED_AT if i else 0}
+        start = {"status": found.status, "rpm": reached, "cpu_seconds": round(found.cpu_seconds, 2)}
+        starts.append(start | {"eigensolves": found.eigensolves, "evaluations": evaluations, "values": found.values})
+    return {"final": {"rpm": max(s["rpm"] for s in starts)}, "starts": starts}
+
+
+def key(r):
+    return r["problem"], r["method"], r["seed"]
+
+
+def finished(budget=None):
+    """Runs of a budget, and ours, or all."""
+    kept = RESULTS / "optimisers.json"
+    runs = json.loads(kept.read_text())["runs"] if kept.exists() else []
+    return [r for r in runs if budget is None or r["budget"] in (None, budget)]
+
+
+def keep(entry):
+    """Add a run so that an interruption leaves either all of it or nothing."""
+    runs = [r for r in finished() if (key(r), r["budget"]) != (key(entry), entry["budget"])]
+    with contextlib.redirect_stdout(None):
+        write("optimisers.new", {"cma": version("cma"), "runs": sorted([*runs, entry], key=key)})
+    os.replace(RESULTS / "optimisers.new.json", RESULTS / "optimisers.json")
+
+
+def spent(r):
+    """CPU seconds and eigensolves of our starts, or of another run until it was within 0.1 % of its own best."""
+    if "starts" in r:
+        return sum(s["cpu_seconds"] for s in r["starts"]), sum(
+            (Counter(s["eigensolves"]) for s in r["starts"]), Counter()
+        )
+    return next((p[1], p[3]) for p in map(json.loads, r["line"]) if p[2] >= 0.999 * r["level"])
+
+
+def print_line(name, reduced, speeds, costs):
+    median, sizes = statistics.median, sorted({int(n) for _, counts in costs for n in counts})
+    both = " | ".join(f"{max(of):.0f} | {median(of):.0f}" if of else " | " for of in (speeds, reduced))
+    solved = ", ".join(f"{median(counts.get(str(n), 0) for _, counts in costs):.0f} of {n}" for n in sizes)
+    print(f"| {name} | {len(speeds)} | {both} | {median(s for s, _ in costs or [(0.0, {})]):.0f} s | {solved} |")
+
+
+def print_table(problem, runs):
+    """What is there of a problem: speeds [rpm] on the full model, and those that the runs ended with on the reduced one."""
+    print(f"\n### {problem}\n\n| method | runs | best | median | best, reduced | median, reduced | CPU | eigensolves |")
+    print("|---|---:|---:|---:|---:|---:|---:|---|")
+    top = rpm(ad.load_problem(problem).top_speed)
+    for method in METHODS:
+        of = [r for r in runs if r["problem"] == problem and r["method"] == method]
+        speeds, reduced = [r["final"]["rpm"] for r in of], [r["level"] * top for r in of if "level" in r]
+        if of:
+            costs = [spent(r) for r in of if "starts" in r or r["line"]]
+            print_line("ours, 8 starts" if method == "ours" else method, reduced, speeds, costs)
+        if of and method == "ours":
+            starts = [s for r in of for s in r["starts"]]
+            costs = [(s["cpu_seconds"], s["eigensolves"]) for s in starts]
+            print_line("ours, one start", [], [s["rpm"] for s in starts], costs)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", nargs="+", choices=PROBLEMS, default=PROBLEMS)
+    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS))
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--evaluations", type=int, default=20000, help="budget of a run")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--table", action="store_true", help="only print what is there")
+    args = parser.parse_args()
+    done = {key(r) for r in finished(args.evaluations)}
+    wanted = [k for seed in range(args.seeds) for k in itertools.product(args.problems, args.methods, [seed])]
+    with ProcessPoolExecutor(args.workers, mp_context=get_context("spawn")) as pool:
+        jobs = [pool.submit(one, *k, args.evaluations) for k in wanted if k not in done and not args.table]
+        for job in as_completed(jobs):
+            if job.exception():
+                print(f"failed: {job.exception()}", flush=True)
+                continue
+            keep(job.result())
+            print(*key(job.result()), f"{job.result()['final']['rpm']:.0f} rpm", sep=", ", flush=True)
+    for problem in args.problems:
+        print_table(problem, finished(args.evaluations))
+
+
+if __name__ == "__main__":
+    main()

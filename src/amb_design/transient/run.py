@@ -1,0 +1,272 @@
+"""The run through time: piece by piece, chunk by chunk, with what was finished kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..analysis.system import Array
+from ..errors import ModelError, SolveError
+from .equations import WORKS, Equations
+from .sampled import Sampler
+from .schedule import Piece, Schedule
+from .state import State
+from .steppers import Stepper
+
+Progress = Callable[[float], None]
+"""Called with the fraction of the run that is done."""
+
+
+@dataclass(frozen=True)
+class History:
+    """Raw results at the output times.
+
+    Attributes
+    ----------
+    times : ndarray, shape (m,)
+    states : ndarray, shape (m, size)
+    held : ndarray, shape (m, axes)
+        Commands of sampled controllers.
+    works : ndarray, shape (m, forces)
+        Since the start of the run.
+    """
+
+    times: Array
+    states: Array
+    held: Array
+    works: Array
+
+    def joined(self, other: History) -> History:
+        """This one and what follows it."""
+        return History(*(np.concatenate([getattr(self, k), getattr(other, k)]) for k in vars(self)))
+
+    def head(self, count: int) -> History:
+        """The first of it."""
+        return History(*(getattr(self, k)[:count] for k in vars(self)))
+
+
+class Run:
+    """A run in progress.
+
+    Parameters
+    ----------
+    equations, schedule, stepper
+    start : State
+    sampler : Sampler or None
+    """
+
+    def __init__(
+        self, equations: Equations, schedule: Schedule, stepper: Stepper, start: State, sampler: Sampler | None
+    ):
+        self.equations, self.schedule, self.stepper, self.sampler = equations, schedule, stepper, sampler
+        self.time, self.x = start.time, start.coordinates(equations.plant)
+        self.works = np.zeros(len(WORKS))
+
+    @property
+    def held(self) -> Array:
+        """Commands of sampled controllers that act now."""
+        return np.zeros(len(self.equations.actuators)) if self.sampler is None else self.sampler.held
+
+    def here(self) -> History:
+        """The present as a history of one instant."""
+        return History(np.array([self.time]), self.x[None], self.held[None], self.works[None])
+
+    def state(self) -> State:
+        """The present as a state to restart from."""
+        p, s = self.equations.plant, self.sampler
+        n = p.size
+        turned, _, _ = self.schedule.spin.at(self.time)
+        none = np.zeros(0)
+        return State(
+            time=self.time,
+            angle=turned + self.schedule.angle,
+            displacements=p.basis @ self.x[:n],
+            velocities=p.basis @ self.x[n : 2 * n],
+            controllers=self.x[2 * n :],
+            memory=none if s is None else s.memory,
+            held=none if s is None else s.held,
+            pending=np.zeros((0, 1 + len(self.equations.actuators))) if s is None else _rows(s),
+        )
+
+    def resume(self, state: State, works: Array) -> None:
+        """Go on from a state of the same run."""
+        self.time, self.works = state.time, works
+        self.x = state.coordinates(self.equations.plant)
+        if self.sampler is not None:
+            self.sampler = Sampler(self.equations, self.sampler.sampling, state.memory, state.held, state.pending)
+
+    def advance(self, times: Array) -> History:
+        """Go on to the last of some times and report at each.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        found: list[History] = []
+        for piece in self.schedule.pieces(self.time, float(times[-1]), self.equations.plant):
+            self._kick(piece)
+            inside = times[(times > piece.start) & (times <= piece.stop)]
+            for start, step, count, output in self._strides(piece, inside):
+                states, works = self.stepper.run(self.x, self.held, piece, start, step, count)
+                self.x, works = states[-1], self.works + works
+                self.works, self.time = works[-1], start + count * step
+                if output:
+                    report = start + step * np.arange(1, count + 1)
+                    found.append(History(report, states, np.tile(self.held, (count, 1)), works))
+            self.time = piece.stop
+        whole = found[0]
+        for part in found[1:]:
+            whole = whole.joined(part)
+        return History(times, whole.states, whole.held, whole.works)  # times to the last digit
+
+    def _kick(self, piece: Piece) -> None:
+        """An impulse changes the kinetic energy at once."""
+        n = self.equations.plant.size
+        before = self.x[n : 2 * n]
+        if piece.kick.any():
+            self.works = self.works.copy()
+            self.works[WORKS.index("forces")] += float(piece.kick @ (before + 0.5 * piece.kick))
+            self.x = np.concatenate([self.x[:n], before + piece.kick, self.x[2 * n :]])
+
+    def _strides(self, piece: Piece, outputs: Array) -> Iterator[tuple[float, float, int, bool]]:
+        """Start, step and number of equal steps, and whether their ends are outputs."""
+        stops = [(float(t), True) for t in outputs]
+        if not stops or stops[-1][0] < piece.stop:
+            stops.append((piece.stop, False))
+        at, k = piece.start, 0
+        while k < len(stops):
+            stop, output = stops[k]
+            if self.sampler is not None:  # its commands may bring new events, so it acts first
+                self.sampler.act(at, self.x)
+                event = self.sampler.next_event(at)
+                if event < stop - 1e-9 * self.sampler.sampling.period:
+                    yield at, event - at, 1, False
+                    at = event
+                    continue
+                yield at, stop - at, 1, output
+                at, k = stop, k + 1
+                continue
+            step, count = stop - at, 1
+            while k + count < len(stops) and stops[k + count][1] == output:
+                if abs(stops[k + count][0] - at - (count + 1) * step) > 1e-9 * (abs(at) + step):
+                    break
+                count += 1
+            yield at, step, count, output
+            at, k = stops[k + count - 1][0], k + count
+
+
+def _rows(sampler: Sampler) -> Array:
+    return np.array(sampler.pending).reshape(-1, 1 + len(sampler.equations.actuators))
+
+
+class Chunks:
+    """Finished chunks in a folder, one file each, with the state at their end.
+
+    Parameters
+    ----------
+    folder : Path or None
+        Nothing is kept without one.
+    signature : str
+        Of everything that the run depends on.
+    """
+
+    def __init__(self, folder: Path | None, signature: str):
+        self.folder, self.signature = folder, hashlib.sha256(signature.encode()).hexdigest()
+
+    def begin(self, resume: bool) -> list[tuple[History, State]]:
+        """Chunks to go on from, in order; without `resume` the folder has to be empty."""
+        if self.folder is None:
+            return []
+        self.folder.mkdir(parents=True, exist_ok=True)
+        head, files = self.folder / "run.json", sorted(self.folder.glob("chunk-*.npz"))
+        if not resume and files:
+            raise ModelError(f"{self.folder} already holds chunks of a run; pass resume=True or another folder")
+        if files and (not head.exists() or json.loads(head.read_text())["signature"] != self.signature):
+            raise ModelError(f"{self.folder} holds chunks of another run; resume with the same machine and options")
+        head.write_text(json.dumps({"signature": self.signature}))
+        return [self._read(f) for f in files]
+
+    def keep(self, number: int, history: History, state: State) -> None:
+        """Write a chunk; a file under its final name is complete."""
+        if self.folder is None:
+            return
+        part = self.folder / "unfinished.npz"
+        arrays: dict[str, Any] = vars(history) | state.arrays()
+        np.savez(part, **arrays)
+        part.replace(self.folder / f"chunk-{number:06d}.npz")
+
+    @staticmethod
+    def _read(file: Path) -> tuple[History, State]:
+        with np.load(file) as found:
+            arrays = dict(found)
+        return History(*(arrays[k] for k in ("times", "states", "held", "works"))), State.of(arrays)
+
+
+def travel(
+    run: Run, times: Array, chunk: int, chunks: Chunks, resume: bool, progress: Progress | None
+) -> tuple[History, State, str]:
+    """Run to the last time.
+
+    Returns
+    -------
+    History, State
+    str
+        Why it stopped early; empty if it did not.
+
+    Raises
+    ------
+    SolveError
+        If the integrator gives up; its `history` is that of the finished chunks.
+    """
+    history, state, stopped = run.here(), run.state(), ""
+    number = 0
+    for kept, state in chunks.begin(resume):
+        history, number = history.joined(kept), number + 1
+        run.resume(state, kept.works[-1])
+    while len(history.times) < len(times) and not stopped:
+        ahead = times[len(history.times) : len(history.times) + chunk]
+        try:
+            found = run.advance(ahead)
+        except RuntimeError as error:
+            failure = SolveError(
+                f"the integrator gave up after {history.times[-1]:.6g} s; what was finished is in the error's `result`"
+            )
+            failure.history, failure.state = history, state  # type: ignore[attr-defined]
+            raise failure from error
+        left, text = departed(run.equations, found)
+        history, stopped = history.joined(found.head(left)), text
+        if not stopped:
+            state = run.state()
+            chunks.keep(number, found, state)
+            number += 1
+        if progress is not None:
+            progress(len(history.times) / len(times))
+    return history, state, stopped
+
+
+def departed(e: Equations, history: History) -> tuple[int, str]:
+    """How many instants are good, and in words why no more: the rotor has met a pole, or is not finite."""
+    places = (history.states[:, : e.plant.size] @ e.contact_places.T).reshape(len(history.times), -1, 2)
+    for i, magnet in enumerate(e.machine.magnets):
+        limit, what = (magnet.gap, "air gap") if magnet.gap is not None else (magnet.clearance, "clearance")
+        linear = e.actuators[2 * i].linear
+        if limit is None or linear or (e.contact is not None and what == "clearance"):
+            continue
+        outside = np.flatnonzero(~(np.hypot(*places[:, i].T) < limit))
+        if len(outside):
+            t = history.times[outside[0]]
+            return int(outside[0]) + 1, (
+                f"stopped at {t:.6g} s: the rotor left the {what} of magnets[{i}] ({limit:g} m)"
+            )
+    finite = np.isfinite(history.states).all(axis=1)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        return first, f"stopped at {history.times[first]:.6g} s: the motion grew beyond all bounds"
+    return len(history.times), ""

@@ -1,0 +1,234 @@
+"""Simulate a machine in time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..analysis.system import Array
+from ..analysis.threads import one_thread
+from ..errors import ModelError, SolveError, SpecError
+from ..spec.controller import PID
+from ..spec.fields import is_symbolic
+from ..spec.machine import Machine
+from ..spec.paths import numbers
+from .actuator import Actuator
+from .equations import Equations
+from .loads import Contact, Disturbance, Force, Sampling, Spin
+from .plant import plant_of
+from .result import Transient, evaluated
+from .run import Chunks, Progress, Run, travel
+from .sampled import Sampler
+from .schedule import Schedule
+from .start import continuous, initial
+from .state import State
+from .steppers import ClosedForm, Cvodes, Stepper
+
+Speed = float | tuple[Sequence[float], Sequence[float]]
+
+
+@one_thread
+def simulate(
+    machine: Machine,
+    duration: float,
+    *,
+    speed: Speed,
+    modes: int | None = None,
+    step: float | None = None,
+    start: str | State = "centred",
+    gravity: bool = True,
+    linear: bool = False,
+    contact: Contact | bool = False,
+    disturbances: Sequence[Disturbance] = (),
+    sampling: Sampling | None = None,
+    tolerance: float = 1e-6,
+    chunk: int = 1000,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Transient:
+    """Motion of the rotor in time, with nonlinear magnets and the limits of their currents, voltages and fluxes.
+
+    Parameters
+    ----------
+    machine : Machine
+        Numbers only.
+    duration : float
+        [s]
+    speed : float, or pair of sequences (times, speeds)
+        Spin speed [rad/s]; a table is linear in between and must cover the run.
+    modes : int, optional
+        Keep the lowest modes of the rotor at rest on its passive bearings (a free rotor's first four are rigid), with static
+        correction at magnets, bearings and forces. All modes if left out: exact, and quick
+        in closed form, but slow in the integrator (BDF follows the ringing of almost undamped modes; try tolerance 1e-5).
+    step : float, optional
+        Between outputs [s], shortened to divide the duration; if left out 1/40 of the shortest turn, at least 200 outputs.
+    start : {"centred", "resting", "levitated"} or State
+        At rest in the centre; at rest on the backup bearings under gravity, controllers and bias switched on at once;
+        levitated in static equilibrium; or ``previous.final``, whose time the run continues.
+    gravity : bool
+        Along -y, of the size that the machine states.
+    linear : bool
+        Magnets pull with k_i i + k_s y and have no limits. At constant speed the motion is then known in closed form.
+    contact : Contact or bool
+        Backup bearings at the magnets with a clearance; True for those with default properties.
+    disturbances : sequence of Force, Impulse, Shaking, BaseMotion
+    sampling : Sampling, optional
+        Controllers work at discrete times.
+    tolerance : float
+        Relative, and of displacements of 10 um, for each step of the integrator.
+    chunk : int
+        Number of outputs between two integrator starts.
+    path : path, optional
+        Folder for finished chunks.
+    resume : bool
+        Go on after the last finished chunk in that folder.
+    progress : callable, optional
+        Gets the fraction that is done after each chunk.
+
+    Returns
+    -------
+    Transient
+        If the rotor leaves the air gap (or, without one, the clearance) of a magnet, the motion up to then, and `stopped`
+        says when.
+
+    Raises
+    ------
+    SpecError
+        If duration, step, speed profile, tolerance or contact are not possible.
+    ModelError
+        If the state belongs to another machine, or the folder to another run.
+    SolveError
+        If there is no equilibrium to start from, or the integrator gives up: its attribute `result` then holds the
+        finished chunks.
+
+    References
+    ----------
+    Schweitzer & Maslen, Magnetic Bearings (2009); Genta, Dynamics of Rotating Systems (2005).
+    """
+    _check_numbers(
+        machine, duration=duration, tolerance=tolerance, chunk=chunk, **({} if step is None else {"step": step})
+    )
+    origin = start.time if isinstance(start, State) else 0.0
+    spin = Spin.of(speed, origin, origin + duration)
+    backup = _backup(machine, contact, linear)
+    equations = _equations(machine, modes, tuple(disturbances), backup, linear, sampling, gravity)
+    turned, first, _ = spin.at(origin)
+    state = start if isinstance(start, State) else _state(equations, start, first)
+    schedule = Schedule(spin, state.angle - turned, tuple(disturbances))
+    stepper: Stepper = Cvodes(equations, schedule, tolerance)
+    if linear and spin.constant:
+        stepper = ClosedForm(equations, schedule, spin.speeds[0])
+    sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
+    _check_state(equations, state, sampler)
+    times = origin + _outputs(duration, step, spin.fastest)
+    options = (duration, spin, modes, len(times), gravity, linear, backup, disturbances, sampling, tolerance, chunk)
+    begin = {k: v.tolist() for k, v in state.arrays().items()}
+    chunks = Chunks(None if path is None else Path(path), repr((machine, options, begin)))
+    try:
+        history, final, stopped = travel(
+            Run(equations, schedule, stepper, state, sampler), times, chunk, chunks, resume, progress
+        )
+    except SolveError as error:
+        if hasattr(error, "history"):
+            error.result = evaluated(equations, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
+        raise
+    return evaluated(equations, schedule, history, final, stopped)
+
+
+def _check_numbers(machine: Machine, **positive: float) -> None:
+    for name, value in positive.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise SpecError("must be positive and finite", field=name, got=value, remedy="give a number above zero")
+    symbolic = next((path for path, found in numbers(machine) if is_symbolic(found)), None)
+    if symbolic is not None:
+        raise ModelError(f"{symbolic} is a symbol; a simulation needs numbers")
+
+
+def _backup(machine: Machine, contact: Contact | bool, linear: bool) -> Contact | None:
+    if not contact:
+        return None
+    if linear:
+        raise SpecError("does not go with contact", field="linear", got=True, remedy="leave one of the two out")
+    if not machine.magnets:
+        raise SpecError("needs magnets with a clearance", field="contact", got=True, remedy="leave it out")
+    for i, magnet in enumerate(machine.magnets):
+        if magnet.clearance is None:
+            raise SpecError(
+                "is missing, but contact is asked for",
+                field=f"magnets[{i}].clearance",
+                remedy="give it, or contact=False",
+            )
+    return Contact() if contact is True else contact
+
+
+def _equations(
+    machine: Machine,
+    modes: int | None,
+    disturbances: tuple[Disturbance, ...],
+    contact: Contact | None,
+    linear: bool,
+    sampling: Sampling | None,
+    gravity: bool,
+) -> Equations:
+    plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    return Equations(
+        plant=plant,
+        actuators=tuple(Actuator.of(a, machine.magnets[a.magnet], linear) for a in plant.axes),
+        forces=tuple(d for d in disturbances if isinstance(d, Force)),
+        contact=contact,
+        sampled=sampling is not None,
+        gravity=float(machine.operation.gravity) if gravity else 0.0,
+    )
+
+
+def _without_delay(machine: Machine) -> Machine:
+    """The delay in the chains stands for sampling; here that is done in earnest."""
+
+    def prompt(pid: PID | None) -> PID | None:
+        return None if pid is None else dataclasses.replace(pid, delay=0.0)
+
+    magnets = tuple(
+        dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))
+        for m in machine.magnets
+    )
+    return dataclasses.replace(
+        machine, magnets=magnets, controller=prompt(machine.controller), controller_z=prompt(machine.controller_z)
+    )
+
+
+def _state(e: Equations, name: str, speed: float) -> State:
+    whole = continuous(e)
+    xi, controllers = initial(whole, name, speed)
+    memory, held = np.zeros(0), np.zeros(0)
+    if e.sampled:
+        parts: tuple[list[Array], list[Array]] = ([], [])
+        held = np.zeros(len(e.actuators))
+        for k, (actuator, block) in enumerate(zip(e.actuators, whole.blocks, strict=True)):
+            if actuator.chain is not None:
+                own, front = controllers[block], actuator.chain.front
+                seen = np.array([e.plant.sensors[k] @ xi, 0.0])
+                held[k] = float((actuator.chain.c @ own[:front] + actuator.chain.d @ seen)[0])
+                parts[0].append(own[:front])
+                parts[1].append(own[front:])
+        memory, controllers = (np.concatenate([np.zeros(0), *p]) for p in parts)
+        held = held if name == "levitated" else np.zeros(len(e.actuators))
+    q = e.plant.basis @ xi
+    return State(0.0, 0.0, q, np.zeros(len(q)), controllers, memory, held, np.zeros((0, 1 + len(e.actuators))))
+
+
+def _check_state(e: Equations, state: State, sampler: Sampler | None) -> None:
+    memory = 0 if sampler is None else sum(a.chain.front for a in e.actuators if a.chain is not None)
+    if (len(state.controllers), len(state.memory)) != (e.controllers, memory):
+        raise ModelError("the saved state belongs to other controllers; restart with those that it was saved from")
+
+
+def _outputs(duration: float, step: float | None, fastest: float) -> Array:
+    wanted = min(duration / 200.0, 2.0 * math.pi / (40.0 * fastest) if fastest else math.inf) if step is None else step
+    count = max(1, math.ceil(duration / wanted * (1.0 - 1e-9)))
+    return np.linspace(0.0, duration, count + 1)
