@@ -10,7 +10,6 @@ import numpy as np
 from ..analysis.system import Array
 from ..model.loop import Structure, close, ports, structure
 from ..model.mesh import plan
-from ..model.pair import real
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem, Scenario
@@ -27,8 +26,7 @@ class LoopFamily:
     scenario : Scenario or None
         The machine as drawn if None.
     family : Family
-        Inputs (F, G): disturbances added to the sensors. Outputs (C): displacements at the sensors, then control currents,
-        then displacements at the magnets' axes.
+        Inputs (F, G) and outputs (C) as in `model.loop.Ports`.
     p : casadi.SX
         Values of the variables.
     machine : Machine
@@ -36,7 +34,7 @@ class LoopFamily:
     plant : Structure
         In terms of p.
     axes : tuple of int
-        Magnet of each control loop.
+        Magnet of each axis that has a controller.
     pushed : tuple of int
         Magnet of each axis at which displacements are seen.
     unbalance : ndarray, shape (states, patterns)
@@ -86,8 +84,8 @@ def loop_family(
     )
     plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
     pencil = close(plant)
-    disturb, disturb_rate, outputs = ports(plant, pencil)
-    looked_at = {"F": real(disturb), "G": real(disturb_rate), "C": real(outputs)}
+    seen = ports(plant, pencil)
+    looked_at = {"F": seen.F, "G": seen.G, "C": seen.C}
     return LoopFamily(
         problem,
         scenario,
@@ -95,7 +93,7 @@ def loop_family(
         p,
         symbolic,
         plant,
-        tuple(a.magnet for a in plant.axes if a.chain is not None),
+        tuple(a.magnet for a in plant.driven),
         tuple(a.magnet for a in plant.axes),
         _unbalance(problem, scenario, plant, pencil.A0.shape[0]),
     )

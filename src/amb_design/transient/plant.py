@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..analysis.system import Array, dense, node_positions
 from ..errors import ModelError
-from ..model.loop import Axis, Structure, structure
+from ..model.loop import Axis, Block, Structure, structure
 from ..model.magnet import negative_stiffness
 from ..model.mesh import plan
 from ..spec.machine import Machine
@@ -52,6 +52,7 @@ class Plant:
 
     machine: Machine
     axes: tuple[Axis, ...]
+    blocks: tuple[Block, ...]
     basis: Array
     mass: Array
     frequencies: Array
@@ -132,6 +133,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
     return Plant(
         machine=machine,
         axes=whole.axes,
+        blocks=whole.blocks,
         basis=shapes,
         mass=mass,
         frequencies=np.sqrt(np.maximum(squares, 0.0)),
