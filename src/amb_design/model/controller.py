@@ -78,13 +78,18 @@ def _coupled(pids: Sequence[PID]) -> Realisation:
     cascade = _Cascade()
     sensed, signals = [], []
     for k, pid in enumerate(pids):
+        cascade.axis = k
         sensed.append(_front(cascade, pid, k))
         signals.append(cascade.pid(pid, *sensed[k], crossing=False))
     for k, pid in enumerate(pids):
         other, sign = sensed[1 - k][0], (-1.0, 1.0)[k]
         crossed = _sum(_scaled(pid.kc, other), _scaled(pid.kc_rate, _moved(other, RATE)))
         signals[k] = _sum(signals[k], _scaled(sign * pid.total_gain, crossed))
-    return cascade.realisation([_back(cascade, pid, signal) for pid, signal in zip(pids, signals, strict=True)])
+    outputs = []
+    for k, pid in enumerate(pids):
+        cascade.axis = k
+        outputs.append(_back(cascade, pid, signals[k]))
+    return cascade.realisation(outputs)
 
 
 def _front(cascade: _Cascade, chain: Chain, axis: int) -> tuple[_Signal, _Signal]:
@@ -142,14 +147,17 @@ def _split(law: StateSpace, complex_form: bool, count: int) -> _Law:
 
 @dataclass
 class _Cascade:
-    """Collects states while the blocks are laid one behind the other."""
+    """Collects states while the blocks are laid one behind the other; they are ordered by the axis that they belong to."""
 
+    axis: int = 0
+    axes: list[int] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     rates: list[_Signal] = field(default_factory=list)
 
     def _states(self, *names: str) -> list[int]:
         first = len(self.names)
         self.names += names
+        self.axes += [self.axis] * len(names)
         self.rates += [{} for _ in names]
         return list(range(first, len(self.names)))
 
@@ -201,10 +209,12 @@ class _Cascade:
 
     def realisation(self, outputs: list[_Signal]) -> Realisation:
         n, m = len(self.names), len(outputs)
-        inputs = [("s", k) for k in range(m)] + [("v", k) for k in range(m)]
+        order = sorted(range(n), key=self.axes.__getitem__)
+        keys = [*order, *(("s", k) for k in range(m)), *(("v", k) for k in range(m))]
+        rows = [*(self.rates[k] for k in order), *outputs]
         parts = []
         for part in PARTS:
-            table = [[row.get((key, part), 0.0) for key in (*range(n), *inputs)] for row in (*self.rates, *outputs)]
+            table = [[row.get((key, part), 0.0) for key in keys] for row in rows]
             parts.append(_matrix(table))
 
         def block(rows: slice, columns: slice) -> Affine:
@@ -213,7 +223,11 @@ class _Cascade:
 
         states, ports, out = slice(0, n), slice(n, n + 2 * m), slice(n, n + m)
         return Realisation(
-            block(states, states), block(states, ports), block(out, states), block(out, ports), tuple(self.names)
+            block(states, states),
+            block(states, ports),
+            block(out, states),
+            block(out, ports),
+            tuple(self.names[k] for k in order),
         )
 
 
