@@ -19,6 +19,7 @@ from ..model.loop import structure
 from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from ..spec.paths import replace
+from ..synthesis.design import synthesise
 from .frequency import Loops
 from .modes import whirls
 from .system import Array, System, system
@@ -80,7 +81,7 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
     ModelError
         If the machine has no control loop, is anisotropic, or senses away from its magnets.
     """
-    loops = Loops(structure(machine))
+    loops = Loops(structure(synthesise(machine)))
     if not loops.axes:
         raise ModelError(f"{machine.name} has no control loop to replace by equivalent coefficients")
     if not loops.plant.complex_form:

@@ -9,6 +9,7 @@ from ..model import magnet as magnetics
 from ..model.laminate import section_constants
 from ..model.loop import close, structure
 from ..spec.machine import Machine
+from ..synthesis.design import synthesise
 from .frequency import Loops
 from .system import dense
 
@@ -27,7 +28,7 @@ def outline(machine: Machine) -> dict[str, Any]:
         Nested dicts, lists, strings and numbers: masses [kg], section stiffnesses, magnet coefficients and capacity, loop
         gains, and the size of the model.
     """
-    plant = structure(machine)
+    plant = structure(synthesise(machine))
     shaft = machine.rotor.shaft
     segments = []
     shaft_mass = 0.0

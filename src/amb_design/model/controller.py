@@ -266,3 +266,23 @@ def _moved(signal: _Signal, part: int) -> _Signal:
 
 def _is_zero(value: Number) -> bool:
     return isinstance(value, int | float) and value == 0
+
+
+def hardware(chain: Chain) -> tuple[Realisation, Realisation]:
+    """What stands before and behind the law of an axis, as state spaces of one axis each.
+
+    Parameters
+    ----------
+    chain : Chain
+
+    Returns
+    -------
+    before : Realisation
+        From the shaft's displacement to what the law sees.
+    behind : Realisation
+        From what the law puts out, taken in the place of a displacement, to the current.
+    """
+    before, behind = _Cascade(), _Cascade()
+    seen, _ = _front(before, chain, 0)
+    current = _back(behind, chain, {(("s", 0), REAL): 1.0})
+    return before.realisation([seen]), behind.realisation([current])

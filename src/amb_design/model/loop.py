@@ -295,11 +295,11 @@ def close(plant: Structure) -> Pencil:
     for block in plant.blocks:
         law, push, sense = block.law, _push(plant, block), block.sensors.T
         inputs, eye = block.sensors.shape[1], ca.DM.eye(len(law.states))
-        stiffness = stiffness + law.d[:, :inputs].between(push, sense)
-        damping = damping + law.d[:, inputs:].between(push, sense)
+        stiffness = stiffness + law.d.columns(0, inputs).between(push, sense)
+        damping = damping + law.d.columns(inputs, 2 * inputs).between(push, sense)
         pushes.append(-law.c.between(push, eye))
-        from_q.append(law.b[:, :inputs].between(eye, sense))
-        from_rate.append(law.b[:, inputs:].between(eye, sense))
+        from_q.append(law.b.columns(0, inputs).between(eye, sense))
+        from_rate.append(law.b.columns(inputs, 2 * inputs).between(eye, sense))
         inner.append(law.a)
 
     def matrix(part: str, unit: Pair) -> Pair:
@@ -384,17 +384,17 @@ def ports(plant: Structure, pencil: Pencil) -> Ports:
         b, c, d = law.b.constant, law.c.constant, law.d.constant
         push, sense, eye = _push(plant, block), block.sensors.T, ca.DM.eye(outputs)
         rest = total - start - k
-        for j, columns in enumerate((slice(0, inputs), slice(inputs, 2 * inputs))):
+        for j, columns in enumerate(((0, inputs), (inputs, 2 * inputs))):
             if not block.ideal:
-                direct = -d[:, columns].between(push, ca.DM.eye(inputs))
-                parts = [zero(n, inputs), direct, zero(start - 2 * n, inputs), b[:, columns], zero(rest, inputs)]
+                direct = -d.columns(*columns).between(push, ca.DM.eye(inputs))
+                parts = [zero(n, inputs), direct, zero(start - 2 * n, inputs), b.columns(*columns), zero(rest, inputs)]
                 enter[j].append(blocks([[part] for part in parts]))
         currents.append(
             blocks(
                 [
                     [
-                        -d[:, :inputs].between(eye, sense),
-                        -d[:, inputs:].between(eye, sense),
+                        -d.columns(0, inputs).between(eye, sense),
+                        -d.columns(inputs, 2 * inputs).between(eye, sense),
                         zero(outputs, start - 2 * n),
                         -c,
                         zero(outputs, rest),

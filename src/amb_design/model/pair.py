@@ -42,6 +42,10 @@ class Pair:
         """left X right for real matrices on both sides."""
         return Pair(ca.mtimes([left, self.re, right]), ca.mtimes([left, self.im, right]))
 
+    def columns(self, first: int, last: int) -> Pair:
+        """Some neighbouring columns; unlike a slice it keeps the width of a matrix without rows."""
+        return self[:, first:last] if self.shape[0] else zero(0, last - first)
+
     def select(self, rows: list[int]) -> Pair:
         """Square submatrix of some rows and the same columns."""
         return Pair(self.re[rows, rows], self.im[rows, rows])
@@ -87,6 +91,10 @@ class Affine:
 
     def __getitem__(self, where: Any) -> Affine:
         return Affine(self.constant[where], self.rate[where])
+
+    def columns(self, first: int, last: int) -> Affine:
+        """Some neighbouring columns."""
+        return Affine(self.constant.columns(first, last), self.rate.columns(first, last))
 
     def between(self, left: Matrix, right: Matrix) -> Affine:
         """left X right for real matrices on both sides."""

@@ -10,9 +10,11 @@ import numpy as np
 from ..analysis.system import Array
 from ..model.loop import Structure, close, ports, structure
 from ..model.mesh import plan
+from ..spec.controller import LQG
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem, Scenario
+from ..synthesis.tuned import TunedLaw
 from .family import Family
 
 
@@ -77,11 +79,11 @@ def loop_family(
         Factor on the number of elements.
     """
     p = ca.SX.sym("p", len(problem.variables))
-    nominal = _scaled(problem.with_values(values or problem.start()), scenario)
-    mesh = plan(nominal)
-    symbolic = _scaled(
-        problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True))), scenario
-    )
+    nominal = problem.with_values(values or problem.start())
+    symbolic = problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True)))
+    mesh = plan(_scaled(nominal, scenario))
+    tuned = TunedLaw(p, symbolic, nominal) if isinstance(nominal.controller, LQG) else None
+    symbolic = _scaled(symbolic if tuned is None else tuned.machine, scenario)  # the law knows the nominal machine
     plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
     pencil = close(plant)
     seen = ports(plant, pencil)
@@ -89,7 +91,7 @@ def loop_family(
     return LoopFamily(
         problem,
         scenario,
-        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **looked_at}),
+        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **looked_at}, tuned),
         p,
         symbolic,
         plant,

@@ -22,6 +22,7 @@ from ..model.loop import Axis, Block, Structure, structure
 from ..model.magnet import negative_stiffness
 from ..model.mesh import plan
 from ..spec.machine import Machine
+from ..synthesis.design import synthesise
 from .loads import Disturbance, Force, Impulse
 
 ROUNDING = 1e-14
@@ -109,7 +110,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         Checked here for their places.
     """
     mesh = plan(machine)
-    whole = structure(machine, mesh, complex_form=False)
+    whole = structure(synthesise(machine), mesh, complex_form=False)
     n = whole.size
     actuators = _columns(whole, "actuator")
     pull = [float(ca.DM(negative_stiffness(machine.magnets[a.magnet]))) for a in whole.axes]
