@@ -38,7 +38,7 @@ def integral(loop: System, speed: float) -> np.ndarray:
 
     def density(w: float) -> np.ndarray:
         point = loops.at(w, speed)
-        return np.sum(np.abs(point.chains[:, None] * point.sensitivity) ** 2, axis=1)
+        return np.sum(np.abs(point.controller @ point.sensitivity) ** 2, axis=1)
 
     modes = np.linalg.eigvals(loop.matrix(speed))
     modes = modes[np.abs(modes) < 1e5]

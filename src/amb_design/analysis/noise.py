@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import casadi as ca
 import numpy as np
 import scipy.linalg as sla
 
@@ -22,7 +21,7 @@ from ..errors import ModelError
 from ..model.loop import ports
 from ..spec.machine import Machine
 from .certificate import Walk
-from .system import Array, System, system
+from .system import Array, System, dense, system
 from .threads import one_thread
 
 
@@ -49,12 +48,9 @@ def noise_current(machine: Machine | System, noise: float, speed: float = 0.0) -
         If the machine has no control loop, or one that passes on noise of any frequency.
     """
     loop = machine if isinstance(machine, System) else system(machine)
-    names = [a.name for a in loop.plant.axes if a.chain is not None]
-    count = len(names)
-    if not names:
-        raise ModelError(f"{loop.machine.name} has no control loop, and so no noise in it")
-    f, g, c = (np.array(ca.DM(port).full()) for port in ports(loop.plant, loop.pencil))
-    c = c[count : 2 * count]
+    names = [a.name for a in loop.plant.loops]
+    count, ends = len(names), ports(loop.plant, loop.pencil)
+    f, g, c = dense(ends.F), dense(ends.G), dense(ends.C)[count : 2 * count]
     check_filtered(c, g, loop.displacements, names)
     e = Walk(loop.A0, loop.A1).at(speed)
     if (e.values.real > -e.uncertainty).any():
@@ -68,7 +64,7 @@ def noise_current(machine: Machine | System, noise: float, speed: float = 0.0) -
 
 
 def check_filtered(currents: Array, rates: Array, displacements: int, names: Sequence[str]) -> None:
-    """Refuse loops in which white noise makes an infinite current.
+    """Refuse machines without loops, and loops in which white noise makes an infinite current.
 
     Parameters
     ----------
@@ -85,6 +81,8 @@ def check_filtered(currents: Array, rates: Array, displacements: int, names: Seq
     ------
     ModelError
     """
+    if not names:
+        raise ModelError("there is no control loop with a sensor, and so no noise in it")
     n = 2 * displacements
     direct = currents[:, :n].any(axis=1) | (currents[:, n:] @ rates[n:]).any(axis=1)
     if direct.any():

@@ -206,9 +206,7 @@ def _noise(loop: System, measure: Measure, speed: float) -> float:
     """Largest noise current of any loop, or ratio of it to the bias, at one speed."""
     currents = noise_current(loop, measure.option("noise"), speed)
     if measure.quantity == "noise_current_ratio":
-        currents = currents / [
-            float(loop.machine.magnets[a.magnet].bias_current) for a in loop.plant.axes if a.chain is not None
-        ]
+        currents = currents / [float(loop.machine.magnets[a.magnet].bias_current) for a in loop.plant.loops]
     return float(currents.max())
 
 

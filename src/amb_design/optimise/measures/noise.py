@@ -47,8 +47,9 @@ class NoiseMeasures:
     def __init__(self, loops: LoopFamily, measures: Sequence[Measure], above: Mapping[str, float]):
         self.loops, self.measures, self.above = loops, tuple(measures), above
         member = loops.family.at(np.array(list(loops.problem.start().values())))
-        count, names = len(loops.axes), [f"magnets[{k}]" for k in loops.axes]
-        check_filtered(member.part("C")[count : 2 * count], member.part("G"), loops.displacements, names)
+        self.names = [axis.name for axis in loops.plant.loops]
+        count = len(self.names)
+        check_filtered(member.part("C")[count : 2 * count], member.part("G"), loops.displacements, self.names)
         bias = ca.SX(0, 1)
         if any(m.quantity == "noise_current_ratio" for m in measures):
             bias = ca.SX(ca.vertcat(*[loops.machine.magnets[k].bias_current for k in loops.axes]))
@@ -65,13 +66,13 @@ class NoiseMeasures:
         end : float
             End of the range [rad/s].
         """
-        views = [_View(state, float(f), end, len(self.loops.axes)) for f in fractions]
+        views = [_View(state, float(f), end, len(self.names)) for f in fractions]
         bias, slopes = (m.full() for m in self._bias(state.member.p))
         out = {}
         for m in self.measures:
             ratio = m.quantity == "noise_current_ratio"
             found = []
-            for j in range(len(self.loops.axes)):
+            for j in range(len(self.names)):
                 scale = m.option("noise") / (bias[j, 0] if ratio else 1.0)
                 relative = slopes[j] / bias[j, 0] if ratio else np.zeros(len(state.member.p))
                 found += [
@@ -84,7 +85,7 @@ class NoiseMeasures:
 
     def _sample(self, view: _View, loop: int, scale: float, relative: Array) -> Samples:
         value, (slopes, rate) = view.sizes[loop], view.slopes(loop)
-        where = f"loop {loop} (magnets[{self.loops.axes[loop]}]), {rpm_text(view.speed)}"
+        where = f"{self.names[loop]}, {rpm_text(view.speed)}"
         return Samples(
             np.array([scale * value]),
             scale * (slopes - value * relative)[None],
