@@ -55,7 +55,7 @@ def integral(loop: System, speed: float) -> np.ndarray:
 @pytest.mark.parametrize(
     ("name", "machine"),
     [
-        ("low-pass and amplifier", isotropic_machine()),
+        ("cross gain that follows the speed", with_chain(isotropic_machine(), kc=0.4, kc_rate=-3e-4)),
         ("ideal derivative", ideal_derivative(isotropic_machine())),
         ("low-pass alone", with_chain(isotropic_machine(), amplifier=None, delay=0.0)),
     ],
@@ -115,6 +115,27 @@ def test_derivatives_where_the_rate_of_the_noise_enters() -> None:
     error = np.abs(differences(0.0 * p, 1e-3 * end) / 1e-3 - found.rates * end) / np.abs(found.rates * end).max()
     print(f"end of the range: {error.max():.1e}")
     assert error.max() < 1e-6
+
+
+def test_a_law_that_couples_all_magnets() -> None:
+    """An observer's gains follow its weights and the speed; noise of each sensor reaches every magnet."""
+    machine = ad.load("composite-spindle")
+    hardware = {name: getattr(machine.controller, name) for name in ("sensor_gain", "low_pass", "amplifier", "delay")}
+    law = ad.LQG(
+        **hardware, modes=6, current=1.0, force_noise=1.0, current_noise=1e-3, scheduled=True, design_speed=2000.0
+    )
+    machine = ad.replace(machine, {"controller": law, "rotor.shaft.elements": 6})
+    case = Case(problem(machine, free={"controller.current": (0.5, 2.0), "magnets.gap": (4.5e-4, 5.5e-4)}), None)
+    p, at, end = np.array(list(case.problem.start().values())), np.array([0.0, 1.0]), 1500.0
+    found = case.noise.samples(case.state(p), at, end)["noise_current"]
+    for form, times in ((True, 1), (False, 2)):
+        loop = system(machine, complex_form=form)
+        both = [ad.noise_current(loop, NOISE, s) for s in at * end]
+        within(np.stack(both, axis=1).ravel(), np.tile(found.values, times), 1e-8, f"{times} planes")
+    for k, v in enumerate(case.problem.variables):
+        step = 1e-4 * (v.upper - v.lower) * (np.arange(len(p)) == k)
+        f = {i: case.noise.samples(case.state(p + i * step), at, end)["noise_current"].values for i in (-2, -1, 1, 2)}
+        within(found.slopes @ step, (8.0 * (f[1] - f[-1]) - (f[2] - f[-2])) / 12.0, 1e-6, v.name)
 
 
 def test_an_unstable_loop_is_told_the_way_back() -> None:
