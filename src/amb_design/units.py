@@ -22,6 +22,8 @@ _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·\s]\s*{_NAME})*")
 
 _MIL = re.compile(r"\bmils?\b")  # a thousandth of an inch here, but an angle to pint
 
+_ROOT = re.compile(r"\bsqrt\(Hz\)")  # of noise densities, which are never meant per rad/s
+
 
 def rpm(value: Any) -> Any:
     """Convert revolutions per minute to rad/s.
@@ -54,6 +56,7 @@ def _registry() -> Any:
     registry: Any = pint.UnitRegistry(cache_folder=None)
     # Our frequencies are angular: "200 Hz" has to become 1256.6 rad/s, which pint alone would read as 200.
     registry.define("hertz = 2 * pi * radian / second = Hz")
+    registry.define("root_hertz = [root_frequency]")
     return registry
 
 
@@ -87,11 +90,12 @@ def parse_quantity(text: str, unit: str) -> float:
     if not suffix:
         return value
     registry = _registry()
-    target = registry.Unit(unit or "dimensionless")
+    target = registry.Unit(_ROOT.sub("root_hertz", unit) or "dimensionless")
     try:
-        if len(suffix) > 40 or not _UNIT.fullmatch(suffix):
+        named = _ROOT.sub("root_hertz", _MIL.sub("thou", suffix))
+        if len(suffix) > 40 or not _UNIT.fullmatch(named):
             raise ValueError(suffix)
-        source = registry.Unit(_MIL.sub("thou", suffix))
+        source = registry.Unit(named)
         compatible = source.is_compatible_with(target)
         result = float(registry.Quantity(value, source).to(target).magnitude) if compatible else 0.0
     except Exception:  # pint raises many kinds for nonsense
