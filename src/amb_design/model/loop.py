@@ -7,7 +7,6 @@ ones, q = (v, w, beta_x, beta_y) a node and two axes a magnet.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -542,7 +541,7 @@ def open_loop(
     Parameters
     ----------
     machine, free, mesh, complex_form
-        As in `closed_loop`.
+        As in `closed_loop`; numbers of controllers are not there to be freed.
 
     Returns
     -------
@@ -554,8 +553,7 @@ def open_loop(
     SpecError, ModelError
         As in `closed_loop`.
     """
-    loop = closed_loop(machine, free, mesh, complex_form)
-    return dataclasses.replace(loop, plant=dataclasses.replace(loop.plant, blocks=()))
+    return closed_loop(machine.without_controllers(), free, mesh, complex_form)
 
 
 def _vanishes(difference: Number) -> bool:

@@ -12,10 +12,8 @@ only so: the closed loop then stays A0 + Omega A1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
-
-import casadi as ca
 
 from ..errors import SpecError
 from .fields import Number, OptionalNumber, Spec, choice, is_number, matrix, number, part
@@ -260,6 +258,13 @@ class LQG(Chain, Regulator):
                 raise SpecError(
                     "is missing", field=name, remedy="an observer has to know what stands between it and the rotor"
                 )
+        noises = (self.force_noise, self.modal_noise, self.current_noise)
+        if all(_is_zero(noise) for noise in noises):
+            raise SpecError(
+                "is zero, and so are modal_noise and current_noise",
+                field="force_noise",
+                remedy="give one of them: an observer of a rotor that nothing shakes has nothing to do",
+            )
         if self.scheduled and is_number(self.design_speed) and self.design_speed == 0.0:
             raise SpecError(
                 "must be above zero where gains follow the speed",
@@ -294,6 +299,18 @@ def needs_design(controller: Controller | None) -> bool:
     return isinstance(controller, Regulator)
 
 
+def weights(controller: Controller | None) -> frozenset[str]:
+    """Names of the numbers that say what a law shall achieve; none if it has gains.
+
+    Parameters
+    ----------
+    controller : Controller or None
+    """
+    if controller is None or not needs_design(controller):
+        return frozenset()
+    return frozenset(f.name for f in fields(controller) if "unit" in f.metadata) - {f.name for f in fields(Chain)}
+
+
 def _shape(entries: Any) -> tuple[int, int]:
     if isinstance(entries, tuple | list):
         return (len(entries), len(entries[0]) if len(entries) else 0)
@@ -310,9 +327,8 @@ def rows_of(entries: Any) -> Sequence[Sequence[Number]]:
 
     Parameters
     ----------
-    entries : tuple of tuple, or casadi SX or DM
+    entries : tuple of tuple, or casadi SX or MX
     """
     if isinstance(entries, tuple):
         return entries
-    full = ca.SX(entries) if isinstance(entries, ca.SX) else entries
-    return [[full[i, j] for j in range(full.shape[1])] for i in range(full.shape[0])]
+    return [[entries[i, j] for j in range(entries.shape[1])] for i in range(entries.shape[0])]

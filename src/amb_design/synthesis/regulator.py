@@ -5,13 +5,14 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from ..errors import ModelError
+from ..errors import ModelError, SolveError
 from ..model.loop import structure
 from ..model.pair import Pair
 from ..spec.controller import LQR, StateFeedback
 from ..spec.machine import Machine
+from .obstacle import WEIGHTS, obstacle
 from .plant import MOTION, PACE
-from .reduction import Array, Basis, basis_of, reduced, without_controllers
+from .reduction import Array, Basis, basis_of, reduced
 from .riccati import Data, Solution, solve
 
 
@@ -32,9 +33,7 @@ def regulator(machine: Machine) -> tuple[Data, Solution]:
     Raises
     ------
     ModelError
-        If the machine is anisotropic.
-    SolveError
-        If there is no such regulator.
+        If the machine is anisotropic, or there is no such regulator.
     """
     law = machine.controller
     assert isinstance(law, LQR)
@@ -54,14 +53,17 @@ def regulator(machine: Machine) -> tuple[Data, Solution]:
         rows.append(np.hstack([nothing, moved / law.velocity]))
     if law.modal_velocity is not None:
         rows.append(np.hstack([np.zeros((k, k)), np.diag(basis.heights / law.modal_velocity)]))
-    weighed = np.vstack(rows) * scale
+    weighed = np.vstack(rows) * scale * law.current  # an ampere of control weighs one
     data = Data(
         A / scale[:, None] * scale / PACE,
         B / scale[:, None] / PACE,
         weighed.T @ weighed,
-        np.full(B.shape[1], 1.0 / law.current**2),
+        np.ones(B.shape[1]),
     )
-    return data, solve(data)
+    try:
+        return data, solve(data)
+    except SolveError:
+        raise ModelError(f"{machine.name}: {obstacle(data.A * PACE, data.B * PACE) or WEIGHTS}") from None
 
 
 def state_feedback(machine: Machine) -> StateFeedback:
@@ -76,7 +78,7 @@ def state_feedback(machine: Machine) -> StateFeedback:
     assert isinstance(law, LQR)
     _, solution = regulator(machine)
     basis = basis_of(machine, law.modes)
-    plant = structure(without_controllers(machine), basis.mesh)
+    plant = structure(machine.without_controllers(), basis.mesh)
     coordinates = np.zeros((basis.size, 2 * basis.mesh.nodes))
     coordinates[:, list(plant.free)] = basis.shapes.T @ _real(plant.M.re)
     # The regulator is told of currents that push, the machine's law has its minus sign outside.

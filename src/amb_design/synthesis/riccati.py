@@ -104,6 +104,7 @@ def derivatives(data: Data, changes: Data, solution: Solution) -> tuple[Array, A
     source = changes.Q + through + _adjoint(through) + K.conj().T @ (changes.R[:, :, None] * K)
     turned = right.conj().T @ source @ right
     dX = -(left.conj().T @ (turned / (values.conj()[:, None] + values)) @ left)
+    dX = dX if np.iscomplexobj(X) else dX.real
     dK = (_adjoint(changes.B) @ X + data.B.conj().T @ dX - changes.R[:, :, None] * K) / weight
     return dX, dK
 
