@@ -8,11 +8,12 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
 from ..analysis.system import Array
-from ..errors import ModelError
+from ..errors import ModelError, SpecError
 from ..spec.files import dumps, loads
 from ..spec.machine import Machine
 from .equations import FLAGS, WORKS, Equations
@@ -200,15 +201,29 @@ def load_transient(path: str | os.PathLike[str]) -> Transient:
     Parameters
     ----------
     path : str or path
+
+    Raises
+    ------
+    SpecError
+        If there is no such file, or another kind of it.
     """
-    with np.load(path) as found:
-        arrays = dict(found)
-    works = {name: arrays.pop(f"work_{name}") for name in WORKS}
-    final = State.of(arrays)
-    met = tuple(Saturation(FLAGS[int(k)], int(m), float(t), float(s)) for k, m, t, s in arrays.pop("saturations"))
-    machine, stopped = loads(str(arrays.pop("machine"))), str(arrays.pop("stopped"))
-    rest = {k: v for k, v in arrays.items() if not k.startswith("final_")}
-    return Transient(works=works, final=final, saturations=met, machine=machine, stopped=stopped, **rest)
+    try:
+        with np.load(path) as found:
+            arrays = dict(found)
+        works = {name: arrays.pop(f"work_{name}") for name in WORKS}
+        final = State.of(arrays)
+        met = tuple(Saturation(FLAGS[int(k)], int(m), float(t), float(s)) for k, m, t, s in arrays.pop("saturations"))
+        machine, stopped = loads(str(arrays.pop("machine"))), str(arrays.pop("stopped"))
+        rest = {k: v for k, v in arrays.items() if not k.startswith("final_")}
+        return Transient(works=works, final=final, saturations=met, machine=machine, stopped=stopped, **rest)
+    except FileNotFoundError:
+        raise SpecError(
+            "does not exist", file=os.fspath(path), remedy="name the file that a simulation wrote"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError, BadZipFile):
+        raise SpecError(
+            "is no saved simulation of this version", file=os.fspath(path), remedy="simulate again"
+        ) from None
 
 
 def evaluated(e: Equations, schedule: Schedule, history: History, final: State, stopped: str) -> Transient:

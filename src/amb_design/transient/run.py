@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -187,7 +188,7 @@ class Chunks:
         self.folder.mkdir(parents=True, exist_ok=True)
         head, files = self.folder / "run.json", sorted(self.folder.glob("chunk-*.npz"))
         if not resume and files:
-            raise ModelError(f"{self.folder} already holds chunks of a run; pass resume=True or another folder")
+            raise ModelError(f"{self.folder} already holds chunks of a run; resume it, or name another folder")
         if files and (not head.exists() or json.loads(head.read_text())["signature"] != self.signature):
             raise ModelError(f"{self.folder} holds chunks of another run; resume with the same machine and options")
         head.write_text(json.dumps({"signature": self.signature}))
@@ -204,9 +205,12 @@ class Chunks:
 
     @staticmethod
     def _read(file: Path) -> tuple[History, State]:
-        with np.load(file) as found:
-            arrays = dict(found)
-        return History(*(arrays[k] for k in ("times", "states", "held", "works"))), State.of(arrays)
+        try:
+            with np.load(file) as found:
+                arrays = dict(found)
+            return History(*(arrays[k] for k in ("times", "states", "held", "works"))), State.of(arrays)
+        except (OSError, ValueError, KeyError, TypeError, BadZipFile):
+            raise ModelError(f"{file} is no finished chunk; remove it and those after it") from None
 
 
 def travel(
@@ -236,7 +240,7 @@ def travel(
             found = run.advance(ahead)
         except RuntimeError as error:
             failure = SolveError(
-                f"the integrator gave up after {history.times[-1]:.6g} s; what was finished is in the error's `result`"
+                f"the integrator gave up after {history.times[-1]:.6g} s; try a larger tolerance or fewer modes"
             )
             failure.history, failure.state = history, state  # type: ignore[attr-defined]
             raise failure from error

@@ -29,6 +29,9 @@ from .start import continuous, initial
 from .state import State
 from .steppers import ClosedForm, Cvodes, Stepper
 
+COARSEST = 2e-4
+"""Between outputs [s], at most: five for each period of 1 kHz."""
+
 Speed = float | tuple[Sequence[float], Sequence[float]]
 
 
@@ -47,7 +50,7 @@ def simulate(
     disturbances: Sequence[Disturbance] = (),
     sampling: Sampling | None = None,
     tolerance: float = 1e-6,
-    chunk: int = 1000,
+    chunk: int | None = None,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -67,7 +70,8 @@ def simulate(
         correction at magnets, bearings and forces. All modes if left out: exact, and quick
         in closed form, but slow in the integrator (BDF follows the ringing of almost undamped modes; try tolerance 1e-5).
     step : float, optional
-        Between outputs [s], shortened to divide the duration; if left out 1/40 of the shortest turn, at least 200 outputs.
+        Between outputs [s], shortened to divide the duration; if left out 0.2 ms or, if that is less, 1/40 of the shortest
+        turn or 1/200 of the duration.
     start : {"centred", "resting", "levitated"} or State
         At rest in the centre; at rest on the backup bearings under gravity, controllers and bias switched on at once;
         levitated in static equilibrium; or ``previous.final``, whose time the run continues.
@@ -82,8 +86,8 @@ def simulate(
         Controllers work at discrete times.
     tolerance : float
         Relative, and of displacements of 10 um, for each step of the integrator.
-    chunk : int
-        Number of outputs between two integrator starts.
+    chunk : int, optional
+        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000.
     path : path, optional
         Folder for finished chunks.
     resume : bool
@@ -111,9 +115,8 @@ def simulate(
     ----------
     Schweitzer & Maslen, Magnetic Bearings (2009); Genta, Dynamics of Rotating Systems (2005).
     """
-    _check_numbers(
-        machine, duration=duration, tolerance=tolerance, chunk=chunk, **({} if step is None else {"step": step})
-    )
+    given = {"duration": duration, "tolerance": tolerance, "step": step, "chunk": chunk}
+    _check_numbers(machine, **{name: value for name, value in given.items() if value is not None})
     origin = start.time if isinstance(start, State) else 0.0
     spin = Spin.of(speed, origin, origin + duration)
     backup = _backup(machine, contact, linear)
@@ -127,6 +130,7 @@ def simulate(
     sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
     _check_state(equations, state, sampler)
     times = origin + _outputs(duration, step, spin.fastest)
+    chunk = chunk or min(max(len(times) // 50, 50), 1000)
     options = (duration, spin, modes, len(times), gravity, linear, backup, disturbances, sampling, tolerance, chunk)
     begin = {k: v.tolist() for k, v in state.arrays().items()}
     chunks = Chunks(None if path is None else Path(path), repr((machine, options, begin)))
@@ -229,6 +233,7 @@ def _check_state(e: Equations, state: State, sampler: Sampler | None) -> None:
 
 
 def _outputs(duration: float, step: float | None, fastest: float) -> Array:
-    wanted = min(duration / 200.0, 2.0 * math.pi / (40.0 * fastest) if fastest else math.inf) if step is None else step
+    turn = 2.0 * math.pi / fastest if fastest else math.inf
+    wanted = min(duration / 200.0, COARSEST, turn / 40.0) if step is None else step
     count = max(1, math.ceil(duration / wanted * (1.0 - 1e-9)))
     return np.linspace(0.0, duration, count + 1)
