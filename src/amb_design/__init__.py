@@ -38,7 +38,7 @@ from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
 from .spec.shaft import Ply, Segment, Shaft, layup
-from .synthesis.design import synthesise
+from .synthesis.design import ideal, synthesise
 from .units import rpm
 
 __version__ = "0.1.0"
@@ -92,6 +92,7 @@ __all__ = [
     "equivalent_coefficients",
     "find",
     "findings",
+    "ideal",
     "layup",
     "load",
     "load_optimum",
