@@ -30,6 +30,7 @@ class Gains:
     L : ndarray, shape (n, m)
     dK, dL : ndarray
     regulator, observer : Solution
+        The observer's is that of the adjoint problem; its poles are conjugates of the observer's.
     """
 
     K: Array
