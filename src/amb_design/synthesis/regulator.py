@@ -18,15 +18,15 @@ from .reduction import Array, Basis, basis_of, reduced
 from .riccati import Data, Solution, solve
 
 
-def regulator(machine: Machine, speed: float) -> tuple[Data, Solution]:
+def regulator(machine: Machine, speed: float | None = None) -> tuple[Data, Solution]:
     """The regulator on the reduced rotor.
 
     Parameters
     ----------
     machine : Machine
         Isotropic, numbers only, with an LQR controller.
-    speed : float
-        Spin speed of the design [rad/s].
+    speed : float, optional
+        Spin speed [rad/s]; that of the design if left out.
 
     Returns
     -------
@@ -41,6 +41,7 @@ def regulator(machine: Machine, speed: float) -> tuple[Data, Solution]:
     """
     law = machine.controller
     assert isinstance(law, LQR)
+    speed = float(law.design_speed) if speed is None else speed
     basis = basis_of(machine, law.modes)
     if not basis.complex_form:
         raise ModelError(f"{machine.name} is anisotropic; ideal state feedback is there for isotropic machines only")
