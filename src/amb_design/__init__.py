@@ -25,7 +25,6 @@ from .analysis.stability import Onset, StabilityLimit, stability_limit
 from .analysis.system import System, system
 from .analysis.unbalance import UnbalanceResponse, unbalance_response
 from .errors import AmbDesignError, ModelError, SolveError, SpecError
-from .model.loop import ClosedLoop, closed_loop, open_loop
 from .spec.bearing import Bearing, Pin
 from .spec.controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .spec.disk import Disk
@@ -50,7 +49,6 @@ __all__ = [
     "Amplifier",
     "Bearing",
     "Campbell",
-    "ClosedLoop",
     "CriticalSpeed",
     "DesignProblem",
     "Disk",
@@ -83,7 +81,6 @@ __all__ = [
     "UnbalanceResponse",
     "__version__",
     "campbell",
-    "closed_loop",
     "critical_speed_gradient",
     "critical_speeds",
     "dumps",
@@ -99,7 +96,6 @@ __all__ = [
     "load_variants",
     "loads",
     "numbers",
-    "open_loop",
     "packaged",
     "replace",
     "rpm",
@@ -117,6 +113,7 @@ __all__ = [
 
 _LATE = {  # what only designs, proofs and simulations need loads with the first of them
     "BaseMotion": "transient.loads",
+    "ClosedLoop": "study.loop",
     "Contact": "transient.loads",
     "Design": "optimise.design",
     "Family": "optimise.family",
@@ -128,13 +125,16 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "Transient": "transient.result",
     "audit": "optimise.audit",
     "check_proof": "proof.claims",
+    "closed_loop": "study.loop",
     "crossing": "optimise.stable_speed",
     "largest_stable": "optimise.stable_speed",
     "load_transient": "transient.result",
     "minimise_abscissa": "optimise.abscissa",
+    "open_loop": "study.loop",
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
+    "resonance_limit": "study.quantities",
     "simulate": "transient.simulate",
     "solve": "optimise.solve",
 }
@@ -143,8 +143,8 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
 def __getattr__(name: str) -> Any:
     import importlib
 
-    if name == "plots":  # matplotlib loads only when something is drawn
-        return importlib.import_module(".plots", __name__)
+    if name in ("interop", "plots"):  # matplotlib and other packages load only when they are used
+        return importlib.import_module(f".{name}", __name__)
     if name in _LATE:
         return getattr(importlib.import_module(f".{_LATE[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
