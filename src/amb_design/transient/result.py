@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.places import interpolated
 from ..analysis.system import Array
 from ..errors import ModelError
 from ..spec.files import dumps, loads
 from ..spec.machine import Machine
 from .equations import FLAGS, WORKS, Equations
-from .plant import interpolated
 from .run import History
 from .schedule import HEAD, Schedule
 from .state import State
