@@ -10,8 +10,8 @@ import pytest
 
 import amb_design as ad
 from amb_design.analysis.modal import LoopView, ModalLoop, Ports
-from amb_design.analysis.scan import maximum, roots
 from amb_design.analysis.outline import outline
+from amb_design.analysis.scan import maximum, roots
 from checks import within
 from compare.loops import apart, is_stable, jeffcott, levitated, loop_alone
 from independent.everything import anisotropic_machine, isotropic_machine

@@ -75,7 +75,7 @@ class Watched:
     def each(self, displacement: float, current: float) -> Array:
         """One number for each output; tiny ones in place of zero, where nothing moves."""
         counts = self._moved, len(self.leave) - self._moved
-        return np.maximum(np.repeat([displacement, current], counts), np.finfo(float).tiny)
+        return np.asarray(np.maximum(np.repeat([displacement, current], counts), np.finfo(float).tiny))
 
     def displacements(self, outputs: Array) -> Array:
         """v and w of the places [m], shape (places, 2, times), from outputs (outputs, times)."""
