@@ -27,7 +27,7 @@ from .analysis.unbalance import UnbalanceResponse, unbalance_response
 from .errors import AmbDesignError, ModelError, SolveError, SpecError
 from .model.loop import ClosedLoop, closed_loop, open_loop
 from .spec.bearing import Bearing, Pin
-from .spec.controller import PID, Amplifier, LowPass, Notch
+from .spec.controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .spec.disk import Disk
 from .spec.files import dumps, load, load_variants, loads, packaged, save
 from .spec.machine import Machine, Operation, Rotor, Sensor
@@ -37,11 +37,14 @@ from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
 from .spec.shaft import Ply, Segment, Shaft, layup
+from .synthesis.design import synthesise
 from .units import rpm
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "LQG",
+    "LQR",
     "PID",
     "AmbDesignError",
     "Amplifier",
@@ -57,6 +60,7 @@ __all__ = [
     "LowPass",
     "Machine",
     "Magnet",
+    "Matrices",
     "Mode",
     "ModelError",
     "Notch",
@@ -74,6 +78,7 @@ __all__ = [
     "SolveError",
     "SpecError",
     "StabilityLimit",
+    "StateSpace",
     "System",
     "UnbalanceResponse",
     "__version__",
@@ -104,6 +109,7 @@ __all__ = [
     "spectrum",
     "stability_gradient",
     "stability_limit",
+    "synthesise",
     "system",
     "unbalance_response",
 ]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.analysis.frequency import Chain
+from amb_design.analysis.frequency import Controller
 from amb_design.analysis.system import dense
 from amb_design.analysis.unbalance import unbalance_forces
 from amb_design.model.controller import realise
@@ -98,9 +98,9 @@ def state_space(c: ad.PID) -> control.StateSpace:
 @pytest.mark.parametrize("name", CHAINS)
 def test_chain(name: str) -> None:
     """The realisation against the product of transfer functions, both signs of the frequency; 1e-9."""
-    chain = Chain(realise(CHAINS[name]))
+    chain = Controller(realise([CHAINS[name]]))
     reference = transfer_function(CHAINS[name])
-    computed = np.array([chain.at(float(w)) for w in FREQUENCIES])
+    computed = np.array([chain.at(float(w))[0, 0] for w in FREQUENCIES])
     expected = np.array([reference(1j * w) for w in FREQUENCIES])
     error = np.max(np.abs(computed - expected) / np.abs(expected))
     print(f"chain '{name}': {error:.1e} over {len(FREQUENCIES)} frequencies")
@@ -109,9 +109,9 @@ def test_chain(name: str) -> None:
 
 def test_delay_is_a_delay() -> None:
     """Pade of second order: modulus one, phase -w T to (w T)^5/720."""
-    chain = Chain(realise(ad.PID(kp=1.0, delay=1e-4)))
+    chain = Controller(realise([ad.PID(kp=1.0, delay=1e-4)]))
     for w in (10.0, 1e3, 5e3):
-        got = chain.at(w)
+        got = chain.at(w)[0, 0]
         assert abs(got) == pytest.approx(1.0, rel=1e-12)
         assert abs(np.angle(got) + w * 1e-4) <= (w * 1e-4) ** 5 / 720.0 * 1.1 + 1e-12
 
@@ -120,10 +120,10 @@ def test_number_of_states() -> None:
     """Seven states an axis for the chain of the thesis; none for blocks that are left out."""
     thesis = ad.load("thesis").controller
     assert thesis is not None
-    assert len(realise(thesis).states) == 7
+    assert len(realise([thesis]).states) == 7
     expected = {"gain": 0, "PID": 1, "PD, filtered": 1, "low-pass and PID": 3, "notches": 4, "delay": 3, "amplifier": 2}
-    assert {n: len(realise(CHAINS[n]).states) for n in expected} == expected
-    assert len(realise(CHAINS["everything"]).states) == 2 + 1 + 1 + 4 + 2 + 2
+    assert {n: len(realise([CHAINS[n]]).states) for n in expected} == expected
+    assert len(realise([CHAINS["everything"]]).states) == 2 + 1 + 1 + 4 + 2 + 2
 
 
 def real_loop(machine: ad.Machine, speed: float) -> tuple[control.StateSpace, control.StateSpace, int]:

@@ -94,6 +94,9 @@ class Case:
         if name.endswith(CROSS) and not nominal:
             other = name.rpartition(".")[0] + (".stiffness" if "k" in name.rpartition(".")[2] else ".damping")
             return 0.4 * STEP * float(value(self.machine, other))
+        if name.endswith((".kc", ".kc_rate")):  # cross gains are zero here; the proportional gain is their measure
+            scale = 2e-4 if name.endswith("rate") else 1.0
+            return scale * STEP * float(value(self.machine, name.rpartition(".")[0] + ".kp"))
         return STEP * nominal if nominal else STEP
 
     def moved(self, name: str, change: float) -> ad.Machine:

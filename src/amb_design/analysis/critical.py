@@ -79,7 +79,7 @@ def critical_speeds(machine: Machine | System, top_speed: float | None = None) -
 def is_conservative(loop: System) -> bool:
     """True if nothing in the machine dissipates or feeds energy: then its critical speeds follow from one eigenproblem."""
     plant = loop.plant
-    if any(axis.chain is not None for axis in plant.axes):
+    if plant.blocks:
         return False
     c0, k1, k0, c1 = (dense(m) for m in (plant.C0, plant.K1, plant.K0, plant.C1))
     symmetric = np.allclose(k0, k0.conj().T, rtol=0.0, atol=1e-12 * np.abs(k0).max())

@@ -19,6 +19,7 @@ from ..model.loop import structure
 from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from ..spec.paths import replace
+from ..synthesis.design import synthesise
 from .frequency import Loops
 from .modes import whirls
 from .system import Array, System, system
@@ -80,7 +81,7 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
     ModelError
         If the machine has no control loop, is anisotropic, or senses away from its magnets.
     """
-    loops = Loops(structure(machine))
+    loops = Loops(structure(synthesise(machine)))
     if not loops.axes:
         raise ModelError(f"{machine.name} has no control loop to replace by equivalent coefficients")
     if not loops.plant.complex_form:
@@ -90,6 +91,10 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
     if any(machine.sensor_position(m) != m.position for m in machine.magnets):
         raise ModelError(
             f"{machine.name} senses away from its magnets; equivalent coefficients need collocated sensors"
+        )
+    if any(len(block.axes) > 1 or block.law.d.constant.im.nnz() for block in loops.plant.blocks):
+        raise ModelError(
+            f"{machine.name} has a controller that couples axes, which no stiffness and damping of a magnet can stand for"
         )
     bare = tuple(replace(m, {"controller": None, "controller_z": None}) for m in machine.magnets)
     open_loop = system(replace(machine, {"controller": None, "controller_z": None, "magnets": bare}))
@@ -132,7 +137,7 @@ class _Model:
 
     def added(self, speed: float) -> tuple[Array, Array]:
         """k_i Re G [N/m] and k_i Im G/Omega [N s/m] of each axis."""
-        force = self.gains * self.loops.at(speed, speed).chains
+        force = self.gains * np.diagonal(self.loops.controller(speed, speed))
         return force.real, force.imag / speed
 
     def at(self, speed: float) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from ..spec.machine import Machine
 from ..spec.magnet import Magnet
 from ..spec.paths import replace
 from .critical import CriticalSpeed, critical_speeds
-from .frequency import Chain
+from .frequency import Loops
 from .modes import Mode
 from .polish import sparse
 from .sensitivity import CHECKED_TO, ZONES, sensitivity
@@ -201,12 +201,14 @@ def _stroke(loop: System, critical: tuple[CriticalSpeed, ...]) -> Iterator[Findi
     if first is None:
         return
     worst: tuple[float, float, int] | None = None
-    for axis in loop.plant.axes:
+    loops = Loops(loop.plant)
+    gains = np.abs(loops.controller(first.speed, first.speed)[:, list(loops.loops)])
+    for axis, row in zip(loops.axes, gains, strict=True):
         magnet = loop.machine.magnets[axis.magnet]
         room = magnet.clearance or magnet.gap
-        if axis.chain is None or magnet.bias_current is None or room is None:
+        if magnet.bias_current is None or room is None or not len(row):
             continue
-        gain = abs(Chain(axis.chain).at(first.speed))
+        gain = float(row.max())
         if gain and (worst is None or magnet.bias_current / gain / room < worst[0]):
             worst = magnet.bias_current / gain / room, gain, axis.magnet
     if worst is not None and worst[0] < SHORT_STROKE:
@@ -324,7 +326,7 @@ def _clearance(response: UnbalanceResponse) -> Iterator[Finding]:
 
 def _spillover(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
     """Modes whose damping a loop nearly undoes at frequencies that ISO 14839-3 does not look at."""
-    if limit.status not in (FOUND, NONE) or not any(a.chain is not None for a in loop.plant.axes):
+    if limit.status not in (FOUND, NONE) or not loop.plant.blocks:
         return
     worst = sensitivity(loop, 0.0, highest=BEYOND).worst
     if worst.frequency > CHECKED_TO and worst.value > ZONES[-1][1]:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+import scipy.linalg as sla
 from scipy.linalg import get_lapack_funcs
 
 from ..errors import SolveError
 from ..model.controller import Realisation
 from ..model.loop import Structure
-from .system import Array, triplets
+from .system import Array, dense, triplets
 
 
 class Receptance:
@@ -72,40 +73,43 @@ class Receptance:
         return np.asarray(q)
 
 
-class Chain:
-    """Transfer function of a controller chain, from shaft displacement to current.
+class Controller:
+    """Transfer functions of a controller, from shaft displacements to currents.
 
     Parameters
     ----------
-    realisation : Realisation
+    law : Realisation
         Numeric state space.
     """
 
-    def __init__(self, realisation: Realisation):
-        a, b, c, d = (np.array(ca.DM(m).full()) for m in (realisation.a, realisation.b, realisation.c, realisation.d))
-        self._a, self._b, self._c, self._d = a, b, c, d
-        self._last = float("nan"), 0j
+    def __init__(self, law: Realisation):
+        self._matrices = [(dense(m.constant), dense(m.rate)) for m in (law.a, law.b, law.c, law.d)]
+        self._real = not any(np.iscomplexobj(m) for pair in self._matrices for m in pair)
+        self._last: tuple[float, float] = (float("nan"), float("nan"))
+        self._found = np.zeros(0)
 
-    def at(self, frequency: float) -> complex:
-        """G(i frequency) [A/m], without the minus sign of the feedback."""
-        size = abs(frequency)  # the coefficients are real: one solution serves forward and backward whirl
-        if self._last[0] != size:
-            self._last = size, self._solve(size)
-        return self._last[1] if frequency >= 0.0 else self._last[1].conjugate()
+    def at(self, frequency: float, speed: float = 0.0) -> Array:
+        """G(i frequency) [A/m], outputs by inputs, without the minus sign of the feedback."""
+        mirrored = self._real and frequency < 0.0  # then one solution serves forward and backward whirl
+        key = (abs(frequency) if self._real else frequency), speed
+        if self._last != key:
+            self._last, self._found = key, self._solve(*key)
+        return self._found.conj() if mirrored else self._found
 
-    def _solve(self, frequency: float) -> complex:
+    def _solve(self, frequency: float, speed: float) -> Array:
         s = 1j * frequency
-        inputs = np.array([1.0, s])
-        direct = self._d[0] @ inputs
-        if not len(self._a):
-            return complex(direct)
+        a, b, c, d = (m + speed * rate for m, rate in self._matrices)
+        inputs = d.shape[1] // 2
+        direct = d[:, :inputs] + s * d[:, inputs:]
+        if not len(a):
+            return np.asarray(direct)
         try:
-            state = np.linalg.solve(s * np.eye(len(self._a)) - self._a, self._b @ inputs)
+            states = np.linalg.solve(s * np.eye(len(a)) - a, b[:, :inputs] + s * b[:, inputs:])
         except np.linalg.LinAlgError:
             raise SolveError(
                 f"the controller has a pole at {frequency:g} rad/s; ask for a frequency beside it"
             ) from None
-        return complex(self._c[0] @ state + direct)
+        return np.asarray(c @ states + direct)
 
 
 @dataclass(frozen=True)
@@ -114,11 +118,11 @@ class Point:
 
     Attributes
     ----------
-    sensitivity : ndarray, shape (axes, axes)
+    sensitivity : ndarray, shape (inputs, inputs)
         (1 + P G)^-1, from disturbances added to the sensors to the shaft's displacements at the sensors plus them.
-    chains : ndarray, shape (axes,)
-        G of each axis.
-    plant : ndarray, shape (axes, axes)
+    controller : ndarray, shape (axes, inputs)
+        G of all controllers.
+    plant : ndarray, shape (inputs, axes)
         P: displacement at the sensors per control current of each axis [m/A].
     response : ndarray, shape (n, k)
         Closed-loop displacements under the forces.
@@ -127,7 +131,7 @@ class Point:
     """
 
     sensitivity: Array
-    chains: Array
+    controller: Array
     plant: Array
     response: Array
     currents: Array
@@ -140,18 +144,34 @@ class Loops:
     ----------
     plant : Structure
         Numeric.
+
+    Attributes
+    ----------
+    axes : tuple of Axis
+        That have a controller, in the order of the controllers.
+    loops : tuple of int
+        Those inputs at which a loop can be opened, in the order of `Structure.loops`.
+    push, sense : ndarray
+        Forces of currents, shape (n, axes), and what controllers see, shape (n, inputs).
     """
 
     def __init__(self, plant: Structure):
         self.plant = plant
         self.receptance = Receptance(plant)
-        self.axes = tuple(a for a in plant.axes if a.chain is not None)
-        self._chains = [Chain(a.chain) for a in self.axes if a.chain is not None]
+        self.axes = plant.driven
+        self._controllers = [Controller(block.law) for block in plant.blocks]
         n = plant.size
         self.push = np.hstack(
-            [np.zeros((n, 0)), *[float(a.current_stiffness) * _column(a.actuator) for a in self.axes]]
+            [np.zeros((n, 0)), *[float(a.current_stiffness) * _numbers(a.actuator) for a in self.axes]]
         )
-        self.sense = np.hstack([np.zeros((n, 0)), *[_column(a.sensor) for a in self.axes]])
+        self.sense = np.hstack([np.zeros((n, 0)), *[_numbers(block.sensors) for block in plant.blocks]])
+        can_open = [not block.ideal for block in plant.blocks for _ in range(block.sensors.shape[1])]
+        self.loops = tuple(k for k, it_can in enumerate(can_open) if it_can)
+
+    def controller(self, frequency: float, speed: float) -> Array:
+        """G of all controllers [A/m], axes by inputs."""
+        parts = [c.at(frequency, speed) for c in self._controllers]
+        return sla.block_diag(*parts) if parts else np.zeros((0, 0), complex)
 
     def at(self, frequency: float, speed: float, forces: Array | None = None) -> Point:
         """Solve the closed loop at a frequency.
@@ -168,11 +188,11 @@ class Loops:
         given = np.zeros((self.plant.size, 0), complex) if forces is None else forces
         k = given.shape[1]
         q = self.receptance.solve(frequency, speed, np.hstack([given, self.push]).astype(complex))
-        chains = np.array([c.at(frequency) for c in self._chains], complex)
+        controller = self.controller(frequency, speed)
         plant = self.sense.T @ q[:, k:]
-        sensitivity = np.linalg.inv(np.eye(len(chains)) + plant * chains) if len(chains) else np.zeros((0, 0), complex)
-        currents = -chains[:, None] * (sensitivity @ (self.sense.T @ q[:, :k]))
-        return Point(sensitivity, chains, plant, q[:, :k] + q[:, k:] @ currents, currents)
+        sensitivity = np.linalg.inv(np.eye(len(plant)) + plant @ controller)
+        currents = -controller @ (sensitivity @ (self.sense.T @ q[:, :k]))
+        return Point(sensitivity, controller, plant, q[:, :k] + q[:, k:] @ currents, currents)
 
 
 def column(plant: Structure, entries: Sequence[tuple[int, complex]]) -> Array:
@@ -185,5 +205,5 @@ def column(plant: Structure, entries: Sequence[tuple[int, complex]]) -> Array:
     return out
 
 
-def _column(matrix: ca.DM) -> Array:
+def _numbers(matrix: ca.DM) -> Array:
     return np.asarray(ca.DM(matrix).full())

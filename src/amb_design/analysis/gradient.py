@@ -24,6 +24,7 @@ from ..model.loop import closed_loop, is_isotropic
 from ..model.mesh import Mesh, plan
 from ..spec.machine import Machine
 from ..spec.paths import find, is_switched_off, numbers, skeleton, value
+from ..synthesis.design import synthesise
 from .critical import CriticalSpeed, critical_mode
 from .modes import Mode
 from .system import Array
@@ -126,9 +127,9 @@ def differentiated(machine: Machine) -> Differentiated:
     Parameters
     ----------
     machine : Machine
-        Numbers only.
+        Numbers only. A law that is given by its weights is designed first, and then stays as it is.
     """
-    return Differentiated(machine)
+    return Differentiated(synthesise(machine))
 
 
 @dataclass(frozen=True)

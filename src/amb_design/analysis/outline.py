@@ -9,7 +9,8 @@ from ..model import magnet as magnetics
 from ..model.laminate import section_constants
 from ..model.loop import close, structure
 from ..spec.machine import Machine
-from .frequency import Chain
+from ..synthesis.design import synthesise
+from .frequency import Loops
 from .system import dense
 
 
@@ -27,7 +28,7 @@ def outline(machine: Machine) -> dict[str, Any]:
         Nested dicts, lists, strings and numbers: masses [kg], section stiffnesses, magnet coefficients and capacity, loop
         gains, and the size of the model.
     """
-    plant = structure(machine)
+    plant = structure(synthesise(machine))
     shaft = machine.rotor.shaft
     segments = []
     shaft_mass = 0.0
@@ -47,7 +48,8 @@ def outline(machine: Machine) -> dict[str, Any]:
             }
         )
     disks = [float(d.total_mass) for d in machine.rotor.disks]
-    magnets = []
+    loops, magnets = Loops(plant), []
+    states = [len(block.law.states) for block in plant.blocks for _ in block.axes]
     for i, m in enumerate(machine.magnets):
         entry: dict[str, Any] = {
             "position_m": float(m.position),
@@ -57,11 +59,11 @@ def outline(machine: Machine) -> dict[str, Any]:
         if m.has_geometry:
             entry["capacity_n"] = float(magnetics.capacity(m))
             entry["bias_flux_density_t"] = float(magnetics.flux_density(m, 0.0))
-        chain = next((a.chain for a in plant.axes if a.magnet == i), None)
-        if chain is not None:
-            gain = Chain(chain).at(2.0 * math.pi * 50.0)
+        own = next((k for k, a in enumerate(loops.axes) if a.magnet == i), None)
+        if own is not None and own < len(plant.loops):
+            gain = complex(loops.controller(2.0 * math.pi * 50.0, 0.0)[own, own])
             stiffness = entry["current_stiffness_n_per_a"] * gain
-            entry["controller_states"] = len(chain.states)
+            entry["controller_states"] = states[own]
             entry["gain_at_50_hz_a_per_m"] = abs(gain)
             entry["loop_stiffness_at_50_hz_n_per_m"] = stiffness.real - entry["negative_stiffness_n_per_m"]
             entry["loop_damping_at_50_hz_ns_per_m"] = stiffness.imag / (2.0 * math.pi * 50.0)

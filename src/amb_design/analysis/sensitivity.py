@@ -171,18 +171,19 @@ class Axes:
 
     def __init__(self, loop: System, speed: float):
         self.loops = Loops(loop.plant)
-        if not self.loops.axes:
+        if not self.loops.loops:
             raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
         self.speed = speed
         self.complex_form = loop.complex_form
-        self.names = tuple(a.name for a in self.loops.axes)
+        self.names = tuple(a.name for a in loop.plant.loops)
+        self._opened = list(self.loops.loops)
 
     def at(self, frequency: float) -> Array:
         """Sensitivities of all loops at a frequency."""
-        ahead = np.diagonal(self.loops.at(frequency, self.speed).sensitivity)
+        ahead = np.diagonal(self.loops.at(frequency, self.speed).sensitivity)[self._opened]
         if not self.complex_form:
             return np.asarray(ahead)
-        back = np.diagonal(self.loops.at(-frequency, self.speed).sensitivity)
+        back = np.diagonal(self.loops.at(-frequency, self.speed).sensitivity)[self._opened]
         return np.asarray((ahead + back.conj()) / 2.0)
 
 

@@ -153,7 +153,7 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
     loop = system(machine)
     limit = stability_limit(loop)
     critical = critical_speeds(loop)
-    controlled = any(axis.chain is not None for axis in loop.plant.axes)
+    controlled = bool(loop.plant.blocks)
     speeds: list[float] = []
     if controlled and limit.status not in (UNSTABLE, MARGINAL):
         service = machine.operation.service_speed

@@ -25,6 +25,7 @@ from ..model.pair import Pair
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
+from ..synthesis.design import synthesise
 
 Array: TypeAlias = np.ndarray[Any, Any]
 
@@ -186,7 +187,7 @@ def system(machine: Machine, mesh: Mesh | None = None, complex_form: bool | None
     symbolic = next((path for path, found in numbers(machine) if is_symbolic(found)), None)
     if symbolic is not None:
         raise ModelError(f"{symbolic} is a symbol; analyses need numbers: use ad.closed_loop for expressions")
-    plant = structure_of(machine, mesh or plan(machine), complex_form)
+    plant = structure_of(synthesise(machine), mesh or plan(machine), complex_form)
     return System(machine, plant, plant.size)
 
 

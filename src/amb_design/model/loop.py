@@ -8,7 +8,7 @@ ones, q = (v, w, beta_x, beta_y) a node and two axes a magnet.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,21 +16,22 @@ from typing import Any
 import casadi as ca
 
 from ..errors import ModelError
-from ..spec.controller import PID
+from ..spec.controller import PID, Chain, StateFeedback, StateSpace, serves_all
 from ..spec.fields import Number
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
 from ..spec.paths import find, is_switched_off, replace, value
 from .controller import Realisation, realise
+from .feedback import whole_state
 from .magnet import current_stiffness, negative_stiffness
 from .mesh import Mesh, plan
-from .pair import Map, Matrix, Pair, real
+from .pair import Affine, Map, Matrix, Pair, blocks, real, zero
 from .rotor import diagonal, rotor
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One control loop: a magnet axis with its sensor and chain.
+    """A magnet axis with its sensor.
 
     Attributes
     ----------
@@ -38,7 +39,6 @@ class Axis:
     magnet : index of the magnet
     actuator, sensor : CasADi columns over the free degrees of freedom; force and displacement of the axis
     current_stiffness : k_i [N/A]
-    chain : state space from shaft displacement and velocity to current, or None without a controller
     """
 
     name: str
@@ -46,7 +46,24 @@ class Axis:
     actuator: Matrix
     sensor: Matrix
     current_stiffness: Number
-    chain: Realisation | None
+
+
+@dataclass(frozen=True)
+class Block:
+    """A controller with the axes that it drives.
+
+    Attributes
+    ----------
+    axes : indices of the axes
+    sensors : CasADi matrix, free degrees of freedom by inputs; of ideal state feedback all coordinates of interest
+    law : state space from the displacements and velocities at its inputs to the currents of its axes
+    ideal : True if it feeds back the whole state, so that there is no sensor at which a loop can be opened
+    """
+
+    axes: tuple[int, ...]
+    sensors: Matrix
+    law: Realisation
+    ideal: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +75,8 @@ class Structure:
     complex_form : True if q holds complex coordinates
     M, C0, C1, K0, K1 : matrices of M q'' + (C0 + Omega C1) q' + (K0 + Omega K1) q = F
     free : degrees of freedom that no pin holds, as indices into the unpinned order
-    axes : control loops
+    axes : of all magnets
+    blocks : their controllers
     mesh : where the nodes are
     """
 
@@ -70,12 +88,23 @@ class Structure:
     K1: Pair
     free: tuple[int, ...]
     axes: tuple[Axis, ...]
+    blocks: tuple[Block, ...]
     mesh: Mesh
 
     @property
     def size(self) -> int:
         """Number of free degrees of freedom."""
         return len(self.free)
+
+    @property
+    def loops(self) -> tuple[Axis, ...]:
+        """Control loops: the axes that have a controller and a sensor of their own, in the order of the controllers."""
+        return tuple(self.axes[k] for block in self.blocks if not block.ideal for k in block.axes)
+
+    @property
+    def driven(self) -> tuple[Axis, ...]:
+        """The axes that have a controller of any kind, in the order of the controllers."""
+        return tuple(self.axes[k] for block in self.blocks for k in block.axes)
 
 
 def is_isotropic(machine: Machine) -> bool:
@@ -91,6 +120,9 @@ def is_isotropic(machine: Machine) -> bool:
         for (yy, yz), (zy, zz) in (bearing.stiffness_matrix, bearing.damping_matrix):
             if not (_vanishes(yy - zz) and _vanishes(yz + zy)):
                 return False
+    law = machine.controller
+    if isinstance(law, StateSpace) and law.law.ports not in (1, len(machine.magnets)):
+        return False
     return all(first is second for first, second in map(machine.controllers_of, machine.magnets))
 
 
@@ -137,12 +169,20 @@ def structure(machine: Machine, mesh: Mesh | None = None, complex_form: bool | N
     stiffness = form(parts.K0) + (pull.select(free) if held else pull)
     axes = tuple(a for i, m in enumerate(machine.magnets) for a in _axes(machine, i, m, mesh, complex_form, free))
     return Structure(
-        complex_form, form(parts.M), form(parts.C0), form(parts.C1), stiffness, form(parts.K1), tuple(free), axes, mesh
+        complex_form,
+        form(parts.M),
+        form(parts.C0),
+        form(parts.C1),
+        stiffness,
+        form(parts.K1),
+        tuple(free),
+        axes,
+        tuple(_blocks(machine, axes, mesh, complex_form, free)),
+        mesh,
     )
 
 
 def _axes(machine: Machine, index: int, magnet: Magnet, mesh: Mesh, complex_form: bool, free: list[int]) -> list[Axis]:
-    first, second = machine.controllers_of(magnet)
     sensor_path = next(
         (f"sensors[{k}].position" for k, s in enumerate(machine.sensors) if magnet.sensor and s.name == magnet.sensor),
         f"magnets[{index}].position",
@@ -152,17 +192,59 @@ def _axes(machine: Machine, index: int, magnet: Magnet, mesh: Mesh, complex_form
     name = f"magnets[{index}]"
     if complex_form:
         at, seen = (_unit(free, [2 * n], [1.0]) for n in nodes)
-        return [Axis(name, index, at, seen, gain, _chain(first))]
+        return [Axis(name, index, at, seen, gain)]
     c, s = ca.cos(magnet.axes_angle), ca.sin(magnet.axes_angle)
     axes = []
-    for label, controller, (y, z) in (("y", first, (c, s)), ("z", second, (-s, c))):
+    for label, (y, z) in (("y", (c, s)), ("z", (-s, c))):
         at, seen = (_unit(free, [4 * n, 4 * n + 1], [y, z]) for n in nodes)
-        axes.append(Axis(f"{name} {label}", index, at, seen, gain, _chain(controller)))
+        axes.append(Axis(f"{name} {label}", index, at, seen, gain))
     return axes
 
 
-def _chain(controller: PID | None) -> Realisation | None:
-    return None if controller is None else realise(controller)
+def _blocks(
+    machine: Machine, axes: tuple[Axis, ...], mesh: Mesh, complex_form: bool, free: list[int]
+) -> Iterator[Block]:
+    """Controllers, magnet by magnet, or the one that serves all magnets."""
+    law, planes = machine.controller, 1 if complex_form else 2
+
+    def block(chains: Sequence[Chain], *indices: int) -> Block:
+        return Block(indices, ca.horzcat(*[axes[k].sensor for k in indices]), realise(chains, complex_form))
+
+    if law is not None and axes and serves_all(law):
+        by_plane = [planes * i + k for k in range(planes) for i in range(len(machine.magnets))]
+        if isinstance(law, StateFeedback):
+            sensors, feedback = whole_state(law, mesh, complex_form, free)
+            yield Block(tuple(by_plane), sensors, feedback, ideal=True)
+        elif isinstance(law, StateSpace):
+            free_axes = law.law.ports == len(axes) and not complex_form
+            if not free_axes and planes == 2:
+                _same_axes(machine, law)
+            chains: list[Chain] = [law] * len(axes)
+            yield block(chains, *(range(len(axes)) if free_axes else by_plane))
+        else:
+            raise ModelError(
+                f"controller of type {law.type} has no gains yet; design it first with ad.synthesise(machine)"
+            )
+        return
+    for i, magnet in enumerate(machine.magnets):
+        chains = [c for c in machine.controllers_of(magnet)[:planes] if isinstance(c, Chain)]
+        if len(chains) == 2 and any(isinstance(c, PID) and c.crosses for c in chains):
+            if not all(isinstance(c, PID) for c in chains):
+                raise ModelError(
+                    f"the two axes of magnets[{i}] have controllers of different types, one of which crosses"
+                )
+            yield block(chains, 2 * i, 2 * i + 1)
+        else:
+            for k, chain in enumerate(chains):
+                yield block([chain], planes * i + k)
+
+
+def _same_axes(machine: Machine, law: StateSpace) -> None:
+    """A law in planes needs magnets whose axes point the same way."""
+    if len({str(m.axes_angle) for m in machine.magnets}) > 1:
+        raise ModelError(
+            f"{machine.name} is anisotropic and its magnets' axes point in different directions; give the controller two inputs for each magnet"
+        )
 
 
 def _unit(free: Sequence[int], places: list[int], values: list[Number]) -> Matrix:
@@ -193,7 +275,7 @@ class Pencil:
 
 
 def close(plant: Structure) -> Pencil:
-    """Connect the controllers: i = -chain(y), force k_i i.
+    """Connect the controllers: i = -law(y), force k_i i.
 
     Parameters
     ----------
@@ -202,37 +284,45 @@ def close(plant: Structure) -> Pencil:
     Returns
     -------
     Pencil
-        State order q, dq/dt, controller states axis by axis; sparse CasADi matrices.
+        State order q, dq/dt, controller states block by block; sparse CasADi matrices.
     """
-    n = plant.size
-    controlled = [a for a in plant.axes if a.chain is not None]
-    states = [a.chain.a.shape[0] for a in controlled if a.chain is not None]
-    m = sum(states)
-    zero = ca.DM(n, n)
-    k0, c0 = plant.K0, plant.C0
-    from_states: list[Matrix] = []
-    from_q: list[Matrix] = []
-    from_rate: list[Matrix] = []
-    for axis in controlled:
-        assert axis.chain is not None
-        push = axis.current_stiffness * axis.actuator
-        k0 = k0 + real(ca.mtimes([push, axis.chain.d[:, 0], axis.sensor.T]))
-        c0 = c0 + real(ca.mtimes([push, axis.chain.d[:, 1], axis.sensor.T]))
-        from_states.append(-ca.mtimes(push, axis.chain.c))
-        from_q.append(ca.mtimes(axis.chain.b[:, 0], axis.sensor.T))
-        from_rate.append(ca.mtimes(axis.chain.b[:, 1], axis.sensor.T))
-    column = ca.horzcat(*from_states) if m else ca.DM(n, 0)
-    row_q = ca.vertcat(*from_q) if m else ca.DM(0, n)
-    row_rate = ca.vertcat(*from_rate) if m else ca.DM(0, n)
-    inner = ca.diagcat(*[a.chain.a for a in controlled if a.chain is not None]) if m else ca.DM(0, 0)
-    eye = ca.DM.eye(n)
-    a0 = Pair(
-        ca.blockcat([[zero, eye, ca.DM(n, m)], [-k0.re, -c0.re, column], [row_q, row_rate, inner]]),
-        _lower(-k0.im, -c0.im, m),
+    n, axes = plant.size, len(plant.axes)
+    m = sum(len(block.law.states) for block in plant.blocks)
+    stiffness, damping = Affine(plant.K0, plant.K1), Affine(plant.C0, plant.C1)
+    pushes, from_q, from_rate, inner = (
+        [Affine(zero(*shape), zero(*shape))] for shape in ((n, 0), (0, n), (0, n), (0, 0))
     )
-    a1 = Pair(_lower(-plant.K1.re, -plant.C1.re, m), _lower(-plant.K1.im, -plant.C1.im, m))
-    e = Pair(ca.diagcat(eye, plant.M.re, ca.DM.eye(m)), _lower(ca.DM(n, n), plant.M.im, m))
-    axes = len(plant.axes)
+    for block in plant.blocks:
+        law, push, sense = block.law, _push(plant, block), block.sensors.T
+        inputs, eye = block.sensors.shape[1], ca.DM.eye(len(law.states))
+        stiffness = stiffness + law.d.columns(0, inputs).between(push, sense)
+        damping = damping + law.d.columns(inputs, 2 * inputs).between(push, sense)
+        pushes.append(-law.c.between(push, eye))
+        from_q.append(law.b.columns(0, inputs).between(eye, sense))
+        from_rate.append(law.b.columns(inputs, 2 * inputs).between(eye, sense))
+        inner.append(law.a)
+
+    def matrix(part: str, unit: Pair) -> Pair:
+        column, row_q, row_rate, own = (
+            Pair(join(*[getattr(x, part).re for x in group]), join(*[getattr(x, part).im for x in group]))
+            for join, group in (
+                (ca.horzcat, pushes),
+                (ca.vertcat, from_q),
+                (ca.vertcat, from_rate),
+                (ca.diagcat, inner),
+            )
+        )
+        k, c = getattr(stiffness, part), getattr(damping, part)
+        return blocks([[zero(n, n), unit, zero(n, m)], [-k, -c, column], [row_q, row_rate, own]])
+
+    a0, a1 = matrix("constant", real(ca.DM.eye(n))), matrix("rate", zero(n, n))
+    e = blocks(
+        [
+            [real(ca.DM.eye(n)), zero(n, n), zero(n, m)],
+            [zero(n, n), plant.M, zero(n, m)],
+            [zero(m, n), zero(m, n), real(ca.DM.eye(m))],
+        ]
+    )
     push = ca.horzcat(ca.DM(n, 0), *[a.current_stiffness * a.actuator for a in plant.axes])
     sense = ca.horzcat(ca.DM(n, 0), *[a.sensor for a in plant.axes]).T
     inputs = ca.vertcat(ca.DM(n, axes), push, ca.DM(m, axes))
@@ -240,8 +330,31 @@ def close(plant: Structure) -> Pencil:
     return Pencil(e, a0, a1, real(inputs), real(outputs))
 
 
-def ports(plant: Structure, pencil: Pencil) -> tuple[Matrix, Matrix, Matrix]:
-    """Where disturbances of the sensors enter, and what is looked at.
+def _push(plant: Structure, block: Block) -> Matrix:
+    """Force of the currents of a block, free degrees of freedom by axes."""
+    return ca.horzcat(*[plant.axes[k].current_stiffness * plant.axes[k].actuator for k in block.axes])
+
+
+@dataclass(frozen=True)
+class Ports:
+    """Where disturbances enter the closed loop, and what is looked at.
+
+    Attributes
+    ----------
+    F, G : states by control loops
+        Of disturbances [m] added to the displacements at the sensors, and of their rates.
+    C : outputs by states
+        Displacements at the sensors of all control loops [m] (`Structure.loops`), then control currents [A] of all driven axes
+        (`Structure.driven`), then displacements at the axes of all magnets [m].
+    """
+
+    F: Pair
+    G: Pair
+    C: Pair
+
+
+def ports(plant: Structure, pencil: Pencil) -> Ports:
+    """Inputs and outputs of the closed loop.
 
     Parameters
     ----------
@@ -251,41 +364,48 @@ def ports(plant: Structure, pencil: Pencil) -> tuple[Matrix, Matrix, Matrix]:
 
     Returns
     -------
-    F, G : states by control loops
-        Of disturbances [m] added to the displacements at the sensors, and of their rates.
-    C : outputs by states
-        Displacements at the sensors [m] and control currents [A] of all loops, then displacements at the axes of all
-        magnets [m].
+    Ports
+
+    Raises
+    ------
+    ModelError
+        If a law that changes with the speed has no filter before or behind it.
     """
     n, total = plant.size, pencil.A0.shape[0]
-    controlled = [(a, a.chain) for a in plant.axes if a.chain is not None]
-    enter: list[list[Matrix]] = [[], []]
-    currents, start = [], 2 * n
-    for axis, chain in controlled:
-        k = chain.a.shape[0]
-        push = axis.current_stiffness * axis.actuator
-        below, above = ca.DM(start - 2 * n, 1), ca.DM(total - start - k, 1)
-        for j in (0, 1):
-            enter[j].append(ca.vertcat(ca.DM(n, 1), -push * chain.d[0, j], below, chain.b[:, j], above))
-        row = [-chain.d[0, 0] * axis.sensor.T, -chain.d[0, 1] * axis.sensor.T, below.T, -chain.c, above.T]
-        currents.append(ca.horzcat(*row))
+    enter: tuple[list[Pair], list[Pair]] = ([zero(total, 0)], [zero(total, 0)])
+    currents, start = [zero(0, total)], 2 * n
+    for block in plant.blocks:
+        law = block.law
+        if not (law.b.fixed and law.c.fixed and law.d.fixed):
+            raise ModelError(
+                "a controller that changes with the speed needs a low-pass before it and an amplifier behind it"
+            )
+        k, inputs, outputs = len(law.states), block.sensors.shape[1], len(block.axes)
+        b, c, d = law.b.constant, law.c.constant, law.d.constant
+        push, sense, eye = _push(plant, block), block.sensors.T, ca.DM.eye(outputs)
+        rest = total - start - k
+        for j, columns in enumerate(((0, inputs), (inputs, 2 * inputs))):
+            if not block.ideal:
+                direct = -d.columns(*columns).between(push, ca.DM.eye(inputs))
+                parts = [zero(n, inputs), direct, zero(start - 2 * n, inputs), b.columns(*columns), zero(rest, inputs)]
+                enter[j].append(blocks([[part] for part in parts]))
+        currents.append(
+            blocks(
+                [
+                    [
+                        -d.columns(0, inputs).between(eye, sense),
+                        -d.columns(inputs, 2 * inputs).between(eye, sense),
+                        zero(outputs, start - 2 * n),
+                        -c,
+                        zero(outputs, rest),
+                    ]
+                ]
+            )
+        )
         start += k
-    sensed = [ca.horzcat(a.sensor.T, ca.DM(1, total - n)) for a, _ in controlled]
-    moved = [ca.horzcat(a.actuator.T, ca.DM(1, total - n)) for a in plant.axes]
-    columns = [ca.horzcat(ca.DM(total, 0), *group) for group in enter]
-    return columns[0], columns[1], ca.vertcat(ca.DM(0, total), *sensed, *currents, *moved)
-
-
-def _lower(k: Matrix, c: Matrix, m: int) -> Matrix:
-    """Blocks of the second row of the pencil alone."""
-    n = k.shape[0]
-    return ca.blockcat(
-        [
-            [ca.DM(n, n), ca.DM(n, n), ca.DM(n, m)],
-            [k, c, ca.DM(n, m)],
-            [ca.DM(m, n), ca.DM(m, n), ca.DM(m, m)],
-        ]
-    )
+    sensed = [real(ca.horzcat(a.sensor.T, ca.DM(1, total - n))) for a in plant.loops]
+    moved = [real(ca.horzcat(a.actuator.T, ca.DM(1, total - n))) for a in plant.axes]
+    return Ports(blocks([enter[0]]), blocks([enter[1]]), blocks([[x] for x in (*sensed, *currents, *moved)]))
 
 
 @dataclass(frozen=True)
@@ -435,8 +555,7 @@ def open_loop(
         As in `closed_loop`.
     """
     loop = closed_loop(machine, free, mesh, complex_form)
-    cut = tuple(dataclasses.replace(axis, chain=None) for axis in loop.plant.axes)
-    return dataclasses.replace(loop, plant=dataclasses.replace(loop.plant, axes=cut))
+    return dataclasses.replace(loop, plant=dataclasses.replace(loop.plant, blocks=()))
 
 
 def _vanishes(difference: Number) -> bool:

@@ -35,6 +35,17 @@ class Pair:
     def __neg__(self) -> Pair:
         return Pair(-self.re, -self.im)
 
+    def __getitem__(self, where: Any) -> Pair:
+        return Pair(self.re[where], self.im[where])
+
+    def between(self, left: Matrix, right: Matrix) -> Pair:
+        """left X right for real matrices on both sides."""
+        return Pair(ca.mtimes([left, self.re, right]), ca.mtimes([left, self.im, right]))
+
+    def columns(self, first: int, last: int) -> Pair:
+        """Some neighbouring columns; unlike a slice it keeps the width of a matrix without rows."""
+        return self[:, first:last] if self.shape[0] else zero(0, last - first)
+
     def select(self, rows: list[int]) -> Pair:
         """Square submatrix of some rows and the same columns."""
         return Pair(self.re[rows, rows], self.im[rows, rows])
@@ -43,6 +54,51 @@ class Pair:
 def real(matrix: Matrix) -> Pair:
     """A pair without imaginary part."""
     return Pair(matrix, type(matrix)(*matrix.shape))
+
+
+def zero(rows: int, columns: int) -> Pair:
+    """A pair without nonzeros."""
+    return Pair(ca.DM(rows, columns), ca.DM(rows, columns))
+
+
+def blocks(rows: list[list[Pair]]) -> Pair:
+    """A pair from blocks, row by row."""
+    return Pair(ca.blockcat([[x.re for x in row] for row in rows]), ca.blockcat([[x.im for x in row] for row in rows]))
+
+
+@dataclass(frozen=True)
+class Affine:
+    """A complex matrix that changes in proportion to the spin speed: constant + Omega rate."""
+
+    constant: Pair
+    rate: Pair
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.constant.shape
+
+    @property
+    def fixed(self) -> bool:
+        """True if nothing changes with the speed."""
+        return bool(self.rate.re.nnz() == 0 and self.rate.im.nnz() == 0)
+
+    def __add__(self, other: Affine) -> Affine:
+        return Affine(self.constant + other.constant, self.rate + other.rate)
+
+    def __neg__(self) -> Affine:
+        return Affine(-self.constant, -self.rate)
+
+    def __getitem__(self, where: Any) -> Affine:
+        return Affine(self.constant[where], self.rate[where])
+
+    def columns(self, first: int, last: int) -> Affine:
+        """Some neighbouring columns."""
+        return Affine(self.constant.columns(first, last), self.rate.columns(first, last))
+
+    def between(self, left: Matrix, right: Matrix) -> Affine:
+        """left X right for real matrices on both sides."""
+        return Affine(self.constant.between(left, right), self.rate.between(left, right))
 
 
 @dataclass(frozen=True)

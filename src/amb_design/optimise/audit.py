@@ -27,6 +27,7 @@ from ..model.mesh import plan
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem, Measure, Scenario
+from ..synthesis.design import synthesise
 from .measures.critical import AMPLIFIED
 from .measures.whirl import QUANTITIES as DRIVEN
 
@@ -108,7 +109,7 @@ def audit(
     known : mapping of str to StabilityLimit, optional
         Stability limits by scenario, where an earlier audit of the same design on the same mesh found them.
     """
-    base = problem.with_values(values)
+    base = synthesise(problem.with_values(values))  # a law of the nominal machine, whatever the scenario
     measures = list(problem.constraints)
     asked: list[Measure] = [*measures] if problem.seeks_speed else [*measures, problem.objective]
     findings: list[Finding] = []

@@ -188,7 +188,9 @@ class Case:
 
     def _sensitivity(self, state: State, fractions: Array, end: float) -> Samples:
         above, up_to = 0.2 * self._bound("sensitivity_peak"), self.measures["sensitivity_peak"].option("up_to")
-        return loops.sensitivity(state, fractions, end, len(self.loops.axes), self.loops.complex_form, above, up_to)
+        return loops.sensitivity(
+            state, fractions, end, len(self.loops.plant.loops), self.loops.complex_form, above, up_to
+        )
 
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]

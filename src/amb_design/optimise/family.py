@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -25,6 +25,15 @@ from ..model.pair import Pair, real
 PARTS = ("E", "A0", "A1", "F", "G", "C")
 
 
+class Inner(Protocol):
+    """Numbers that a computation, not an expression, finds from the parameters: the gains of a law from its weights."""
+
+    numbers: ca.SX
+
+    def at(self, p: Array) -> tuple[Array, Array]:
+        """Values, and their derivatives with one row a number."""
+
+
 class Family:
     """Matrices as functions of a parameter vector.
 
@@ -34,6 +43,8 @@ class Family:
         Column of the parameters.
     parts : mapping of str to Pair or casadi.SX
         ``A0`` and any of ``E``, ``A1`` (square), ``F``, ``G`` (inputs and their rates), ``C`` (outputs) in terms of p.
+    inner : Inner, optional
+        Further symbols in the parts, whose values follow from p by a computation.
 
     Attributes
     ----------
@@ -52,7 +63,7 @@ class Family:
     A matrix of one's own: ``Family(p, {"A0": A})`` for CasADi expressions, `Family.from_function` for a Function.
     """
 
-    def __init__(self, p: ca.SX, parts: Mapping[str, Any]):
+    def __init__(self, p: ca.SX, parts: Mapping[str, Any], inner: Inner | None = None):
         pairs = {name: part if isinstance(part, Pair) else real(ca.SX(part)) for name, part in parts.items()}
         unknown = set(pairs) - set(PARTS)
         if unknown or "A0" not in pairs:
@@ -76,7 +87,12 @@ class Family:
                 start += len(rows)
         self.shapes = {name: pair.shape for name, pair in pairs.items()}
         values = ca.vertcat(*columns)
-        self.nonzeros = ca.Function("family", [p], [values, ca.jacobian(values, p)])
+        self.inner = inner
+        if inner is None:
+            self.nonzeros = ca.Function("family", [p], [values, ca.jacobian(values, p)])
+        else:
+            slopes = [ca.jacobian(values, p), ca.jacobian(values, inner.numbers)]
+            self.nonzeros = ca.Function("family", [p, inner.numbers], [values, *slopes])
 
     @classmethod
     def from_function(cls, A0: ca.Function, A1: ca.Function | None = None) -> Family:
@@ -105,8 +121,13 @@ class Family:
         ----------
         p : ndarray, shape (parameters,)
         """
-        values, jacobian = self.nonzeros(p)
-        return Member(self, np.array(p, float), values.full()[:, 0], jacobian.sparse().tocsr())
+        if self.inner is None:
+            values, jacobian = self.nonzeros(p)
+            return Member(self, np.array(p, float), values.full()[:, 0], jacobian.sparse().tocsr())
+        found, slopes = self.inner.at(p)
+        values, direct, through = self.nonzeros(p, found)
+        jacobian = direct.sparse().tocsr() + through.sparse().tocsr() @ sp.csr_array(slopes)
+        return Member(self, np.array(p, float), values.full()[:, 0], jacobian.tocsr())
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,11 @@ import numpy as np
 from ..analysis.system import Array
 from ..model.loop import Structure, close, ports, structure
 from ..model.mesh import plan
-from ..model.pair import real
+from ..spec.controller import LQG
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem, Scenario
+from ..synthesis.tuned import TunedLaw
 from .family import Family
 
 
@@ -27,8 +28,7 @@ class LoopFamily:
     scenario : Scenario or None
         The machine as drawn if None.
     family : Family
-        Inputs (F, G): disturbances added to the sensors. Outputs (C): displacements at the sensors, then control currents,
-        then displacements at the magnets' axes.
+        Inputs (F, G) and outputs (C) as in `model.loop.Ports`.
     p : casadi.SX
         Values of the variables.
     machine : Machine
@@ -36,7 +36,7 @@ class LoopFamily:
     plant : Structure
         In terms of p.
     axes : tuple of int
-        Magnet of each control loop.
+        Magnet of each axis that has a controller.
     pushed : tuple of int
         Magnet of each axis at which displacements are seen.
     unbalance : ndarray, shape (states, patterns)
@@ -79,23 +79,23 @@ def loop_family(
         Factor on the number of elements.
     """
     p = ca.SX.sym("p", len(problem.variables))
-    nominal = _scaled(problem.with_values(values or problem.start()), scenario)
-    mesh = plan(nominal)
-    symbolic = _scaled(
-        problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True))), scenario
-    )
+    nominal = problem.with_values(values or problem.start())
+    symbolic = problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True)))
+    mesh = plan(_scaled(nominal, scenario))
+    tuned = TunedLaw(p, symbolic, nominal) if isinstance(nominal.controller, LQG) else None
+    symbolic = _scaled(symbolic if tuned is None else tuned.machine, scenario)  # the law knows the nominal machine
     plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
     pencil = close(plant)
-    disturb, disturb_rate, outputs = ports(plant, pencil)
-    looked_at = {"F": real(disturb), "G": real(disturb_rate), "C": real(outputs)}
+    seen = ports(plant, pencil)
+    looked_at = {"F": seen.F, "G": seen.G, "C": seen.C}
     return LoopFamily(
         problem,
         scenario,
-        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **looked_at}),
+        Family(p, {"E": pencil.E, "A0": pencil.A0, "A1": pencil.A1, **looked_at}, tuned),
         p,
         symbolic,
         plant,
-        tuple(a.magnet for a in plant.axes if a.chain is not None),
+        tuple(a.magnet for a in plant.driven),
         tuple(a.magnet for a in plant.axes),
         _unbalance(problem, scenario, plant, pencil.A0.shape[0]),
     )

@@ -21,7 +21,6 @@ from ..analysis.system import Array, System, dense, system
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
 from ..model.loop import ports
-from ..model.pair import real
 from ..spec.machine import Machine
 from .checker import FORMAT, LARGEST, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
 from .cover import CELLS, Cover, box_cover, count, cover
@@ -358,7 +357,8 @@ def sensitivity_ports(loop: System) -> tuple[Array, Array]:
     ModelError
         If there is no loop, or a controller passes the rate of its sensor straight on, which leaves B dependent on the speed.
     """
-    f, g, c = (dense(real(m)) for m in ports(loop.plant, loop.pencil))
+    seen = ports(loop.plant, loop.pencil)
+    f, g, c = (dense(m) for m in (seen.F, seen.G, seen.C))
     if not f.shape[1]:
         raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
     enter, rate = loop.from_rate @ f, loop.from_rate @ g

@@ -13,6 +13,7 @@ from ..model.loop import close, structure
 from ..model.magnet import current_stiffness, negative_stiffness
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
+from ..synthesis.design import synthesise
 
 
 def directions(loop: System, within: Mapping[str, float]) -> dict[str, Array]:
@@ -47,7 +48,7 @@ def directions(loop: System, within: Mapping[str, float]) -> dict[str, Array]:
             if value(machine, member) == 0:
                 raise SpecError("is zero, of which no part can vary", field=path, got=member, remedy="leave it out")
             symbols[member] = value(machine, member) * (1.0 + d[k])
-    pencil = close(structure(replace(machine, symbols), loop.plant.mesh, loop.complex_form))
+    pencil = close(structure(replace(synthesise(machine), symbols), loop.plant.mesh, loop.complex_form))
     moving = ca.vertcat(*[m.nz[:] for m in (ca.SX(pencil.A0.re), ca.SX(pencil.A0.im))])
     fixed = [ca.SX(m) for part in (pencil.E, pencil.A1) for m in (part.re, part.im)]
     if ca.depends_on(ca.vertcat(*[m.nz[:] for m in fixed]), d):

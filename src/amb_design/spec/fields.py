@@ -63,9 +63,14 @@ def part(doc: str, *, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"doc": doc})
 
 
-def choice(doc: str, options: tuple[str, ...], *, default: Any = MISSING) -> Any:
-    """Declare a field that takes one of a few words."""
-    return field(default=default, metadata={"doc": doc, "options": options})
+def choice(doc: str, options: tuple[str, ...], *, default: Any = MISSING, written: bool = False) -> Any:
+    """Declare a field that takes one of a few words; `written` ones are stated in files even at their default."""
+    return field(default=default, metadata={"doc": doc, "options": options, "written": written})
+
+
+def matrix(doc: str, *, default: Any = MISSING) -> Any:
+    """Declare a field that holds a matrix: a tuple of rows of numbers, or a CasADi matrix."""
+    return field(default=default, metadata={"doc": doc, "matrix": True})
 
 
 def is_symbolic(value: Any) -> bool:
@@ -96,6 +101,8 @@ class Spec:
                 object.__setattr__(self, f.name, value)
             if "unit" in f.metadata:
                 self._check_number(f, value)
+            elif "matrix" in f.metadata:
+                object.__setattr__(self, f.name, _rows(f.name, value))
             elif "options" in f.metadata and not (isinstance(value, str) and value in f.metadata["options"]):
                 raise SpecError(
                     "is not known", field=f.name, got=value, remedy="choose one of " + ", ".join(f.metadata["options"])
@@ -138,3 +145,22 @@ class Shown(str):
 def with_unit(value: Any, unit: str) -> Any:
     """The value as a message shows it: ``1.31 m``."""
     return Shown(f"{value:g} {unit}".strip()) if is_number(value) else value
+
+
+def _rows(name: str, entries: Any) -> Any:
+    """Rows as tuples of floats; CasADi matrices as they are."""
+    if isinstance(entries, ca.SX | ca.MX | ca.DM):
+        return entries
+    try:
+        rows = tuple(tuple(float(x) for x in row) for row in entries)
+    except (TypeError, ValueError):
+        rows = ((math.nan,),)
+    if not all(math.isfinite(x) for row in rows for x in row):
+        raise SpecError(
+            "must hold finite numbers only", field=name, remedy="give a list of rows: [[1.0, 0.0], [0.0, 1.0]]"
+        )
+    if len({len(row) for row in rows}) > 1:
+        raise SpecError(
+            "has rows of different lengths", field=name, remedy="give each row as many numbers as the first"
+        )
+    return rows

@@ -7,8 +7,9 @@ fields of the objects under their own names. Numbers are SI, or strings with a u
 - ``[materials.NAME]``: isotropic with ``E``, orthotropic with ``E1``; segments and layups name one by ``material``;
 - ``[layups.NAME]``: ``material``, ``angles`` and ``thickness`` of the plies from the inside out, where material and
   thickness are one for all plies or a list; a segment names one by ``layup``;
-- ``[variants.NAME]``: the same machine with changes. A variant is laid over the base: tables merge, all other
-  values, lists included, replace what the base has, and ``false`` removes it: ``controller = false``.
+- ``[variants.NAME]``: the same machine with changes. A variant is laid over the base: tables merge, except that
+  a controller of another ``type`` takes the place of the base's; all other values, lists included, replace what the base has, and
+  ``false`` removes it: ``controller = false``.
 
 A problem file (see `problem_files`) stands for the machine that its design starts from.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..errors import SpecError
 from .bearing import Bearing, Pin
-from .controller import PID
+from .controller import Controller, StateFeedback, StateSpace, serves_all
 from .disk import Disk
 from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
 from .magnet import Magnet
@@ -50,8 +50,8 @@ class Machine(Spec):
     bearings: tuple[Bearing, ...] = part("springs and dampers to ground", default=())
     pins: tuple[Pin, ...] = part("points that cannot move sideways", default=())
     magnets: tuple[Magnet, ...] = part("radial magnetic bearings", default=())
-    controller: PID | None = part("controller of every magnet that has none of its own", default=None)
-    controller_z: PID | None = part("controller of the second axes; that of the first if left out", default=None)
+    controller: Controller | None = part("controller of every magnet that has none of its own", default=None)
+    controller_z: Controller | None = part("controller of the second axes; that of the first if left out", default=None)
     sensors: tuple[Sensor, ...] = part("displacement sensors", default=())
     operation: Operation = part("how it is run")
     source: Mapping[str, str] = field(
@@ -66,7 +66,7 @@ class Machine(Spec):
             for i, item in enumerate(getattr(self, name)):
                 yield f"{name}[{i}].position", item.position
 
-    def controllers_of(self, magnet: Magnet) -> tuple[PID | None, PID | None]:
+    def controllers_of(self, magnet: Magnet) -> tuple[Controller | None, Controller | None]:
         """Controllers of the magnet's first and second axis (the same object where they are equal)."""
         first = magnet.controller or self.controller
         second = magnet.controller_z or (magnet.controller or self.controller_z or first)
@@ -143,6 +143,39 @@ class Machine(Spec):
                 raise SpecError(
                     "has no magnet to act on", field=name, remedy="add [[magnets]] or remove the controller"
                 )
+
+        self._check_coupling()
+
+    def _check_coupling(self) -> None:
+        law = self.controller
+        if law is None or not serves_all(law):
+            return
+        own = [f"magnets[{i}]" for i, m in enumerate(self.magnets) if m.controller or m.controller_z]
+        for place in [*(["controller_z"] if self.controller_z else []), *own]:
+            raise SpecError(
+                "has a controller of its own beside one that serves all magnets",
+                field=place,
+                remedy="remove one of the two",
+            )
+        wanted = len(self.magnets)
+        if isinstance(law, StateSpace) and law.law.ports not in (wanted, 2 * wanted):
+            raise SpecError(
+                f"has {law.law.ports} inputs for {wanted} magnets",
+                field="controller.law",
+                remedy=f"give 1, {wanted} or {2 * wanted} of them",
+            )
+        if isinstance(law, StateSpace) and law.law.ports == 2 * wanted and (law.cross or law.cross_rate):
+            raise SpecError(
+                "has no meaning where each axis has an input of its own",
+                field="controller.cross",
+                remedy="write the coupling of the axes into law",
+            )
+        if isinstance(law, StateFeedback) and len(law.position) != wanted:
+            raise SpecError(
+                f"has {len(law.position)} rows for {wanted} magnets",
+                field="controller.position",
+                remedy="give one row for each magnet",
+            )
 
     def sensor_position(self, magnet: Magnet) -> Number:
         """Station [m] of the sensor that closes the loop of `magnet`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import SpecError
-from .controller import PID
+from .controller import Controller, serves_all
 from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
 
 _GEOMETRY = ("turns", "pole_area", "gap", "bias_current")
@@ -37,8 +37,8 @@ class Magnet(Spec):
     clearance: OptionalNumber = number("m", "clearance of the backup bearing", domain="positive", default=None)
     axes_angle: Number = number("rad", "angle from y (up) to the first magnet axis", default=0.0)
     sensor: str = part("name of the sensor that closes this loop; at the magnet if left out", default="")
-    controller: PID | None = part("controller of this magnet; the machine's if left out", default=None)
-    controller_z: PID | None = part("controller of the second axis; that of the first if left out", default=None)
+    controller: Controller | None = part("controller of this magnet; the machine's if left out", default=None)
+    controller_z: Controller | None = part("controller of the second axis; that of the first if left out", default=None)
     name: str = part("name in tables and drawings", default="")
 
     def check(self) -> None:
@@ -62,6 +62,14 @@ class Magnet(Spec):
                 field=_GEOMETRY[geometry.index(False)],
                 remedy="a magnet needs turns, pole_area, gap and bias_current, or k_i and k_s",
             )
+        for name in ("controller", "controller_z"):
+            if getattr(self, name) is not None and serves_all(getattr(self, name)):
+                raise SpecError(
+                    "connects several magnets",
+                    field=name,
+                    got=getattr(self, name).type,
+                    remedy="make it the controller of the machine",
+                )
         if is_number(self.half_angle) and not self.half_angle < 1.5707963:
             raise SpecError(
                 "must be below 90 degrees",

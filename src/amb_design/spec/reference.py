@@ -10,7 +10,7 @@ import dataclasses
 import sys
 
 from .bearing import Bearing, Pin
-from .controller import PID, Amplifier, LowPass, Notch
+from .controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .disk import Disk
 from .fields import Spec
 from .machine import Machine, Operation, Sensor
@@ -31,7 +31,11 @@ TABLES: dict[str, type[Spec]] = {
     "[[pins]]": Pin,
     "[[magnets]]": Magnet,
     "[[sensors]]": Sensor,
-    "[controller], [controller_z], or inside a magnet": PID,
+    "[controller], [controller_z], or inside a magnet, type = 'pid'": PID,
+    "[controller], type = 'lqg'": LQG,
+    "[controller], type = 'lqr'": LQR,
+    "[controller], type = 'state_space'": StateSpace,
+    "[controller.law], [controller.law_rate], [controller.cross], [controller.cross_rate]": Matrices,
     "[controller.low_pass]": LowPass,
     "[[controller.notches]]": Notch,
     "[controller.amplifier]": Amplifier,

@@ -116,7 +116,7 @@ class _Names:
         """A part of the machine: its own table, except for a material, which is defined elsewhere under a name."""
         if Isotropic in classes:
             return self.named("material", self.materials, raw)
-        return self.spec(classes[0], raw)
+        return self.spec(_of_type(classes, raw) if len(classes) > 1 else classes[0], raw)
 
     def material(self, table: dict[str, Any]) -> Any:
         return self.spec(Orthotropic if "E1" in table else Isotropic, table)
@@ -190,6 +190,15 @@ def texts(raw: Any) -> dict[str, str]:
     return dict(raw)
 
 
+def _of_type(classes: tuple[type, ...], raw: Any) -> type:
+    """The class whose ``type`` a table names; the first where it names none."""
+    kinds = {f.metadata["options"][0]: c for c in classes for f in dataclasses.fields(c) if f.name == "type"}
+    word = as_table(raw).get("type", next(iter(kinds)))
+    if not (isinstance(word, str) and word in kinds):
+        raise SpecError("is not known", field="type", got=word, remedy="choose one of " + ", ".join(kinds))
+    return kinds[word]
+
+
 @cache
 def _kind(cls: type, name: str) -> tuple[Any, bool, tuple[type, ...]]:
     """Type of a field, whether it is a tuple of parts, and the classes of its parts."""
@@ -241,10 +250,14 @@ class _Writer:
             with inside(f.name):
                 if "unit" in f.metadata and not isinstance(value, float | int | str | None):
                     raise SpecError("is a CasADi expression", remedy="put a number in its place before saving")
-                if value is None or value == f.default:
+                if value is None or (value == f.default and not f.metadata.get("written")):
                     continue
                 if isinstance(value, Isotropic | Orthotropic):
                     table[f.name] = self.name(value, "material", self.materials, self.table)
+                elif "matrix" in f.metadata:
+                    if not isinstance(value, tuple):
+                        raise SpecError("is a CasADi matrix", remedy="put numbers in its place before saving")
+                    table[f.name] = [list(row) for row in value]
                 elif isinstance(value, tuple) and isinstance(value[0], Ply):
                     table["layup"] = self.name(value, "layup", self.layups, self.layup)
                 elif isinstance(value, tuple):

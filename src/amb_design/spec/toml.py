@@ -185,11 +185,16 @@ def _merge(base: Tables, changes: Tables) -> Tables:
                     got = Shown("false")
                     raise SpecError("removes what the base does not have", got=got, remedy=closest(key, base))
                 del merged[key]
-            elif isinstance(value, dict) and isinstance(base.get(key), dict):
+            elif isinstance(value, dict) and isinstance(base.get(key), dict) and not _is_another(base[key], value):
                 merged[key] = _merge(base[key], value)
             else:
                 merged[key] = value
     return merged
+
+
+def _is_another(base: Tables, changes: Tables) -> bool:
+    """True if the changes make a table one of another type, to which the rest of it has no meaning."""
+    return "type" in changes and changes["type"] != base.get("type", "pid")
 
 
 def _too_deep() -> SpecError:

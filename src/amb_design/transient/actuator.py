@@ -43,7 +43,7 @@ class Chain:
     @classmethod
     def of(cls, whole: Realisation) -> Chain:
         """Cut a chain in front of its amplifier."""
-        a, b, c, d = (np.array(ca.DM(m).full()) for m in (whole.a, whole.b, whole.c, whole.d))
+        a, b, c, d = (np.array(ca.DM(m.constant.re).full()) for m in (whole.a, whole.b, whole.c, whole.d))
         if not whole.states or whole.states[-1] != "amplifier.rate":
             return cls(a, b, c, d, 0.0, 0.0)
         k = len(a) - 2
@@ -92,9 +92,9 @@ class Actuator:
     linear: bool
 
     @classmethod
-    def of(cls, axis: Axis, magnet: Magnet, linear: bool) -> Actuator:
+    def of(cls, axis: Axis, law: Realisation | None, magnet: Magnet, linear: bool) -> Actuator:
         """From an axis of the loop."""
-        chain = None if axis.chain is None else Chain.of(axis.chain)
+        chain = None if law is None else Chain.of(law)
         return cls(magnet, float(ca.DM(axis.current_stiffness)), chain, linear)
 
     @property

@@ -19,10 +19,11 @@ from scipy.sparse.csgraph import connected_components
 from ..analysis.places import interpolated
 from ..analysis.system import Array, dense, node_positions
 from ..errors import ModelError
-from ..model.loop import Axis, Structure, structure
+from ..model.loop import Axis, Block, Structure, structure
 from ..model.magnet import negative_stiffness
 from ..model.mesh import plan
 from ..spec.machine import Machine
+from ..synthesis.design import synthesise
 from .loads import Disturbance, Force, Impulse
 
 ROUNDING = 1e-14
@@ -53,6 +54,7 @@ class Plant:
 
     machine: Machine
     axes: tuple[Axis, ...]
+    blocks: tuple[Block, ...]
     basis: Array
     mass: Array
     frequencies: Array
@@ -99,7 +101,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         Checked here for their places.
     """
     mesh = plan(machine)
-    whole = structure(machine, mesh, complex_form=False)
+    whole = structure(synthesise(machine), mesh, complex_form=False)
     n = whole.size
     actuators = _columns(whole, "actuator")
     pull = [float(ca.DM(negative_stiffness(machine.magnets[a.magnet]))) for a in whole.axes]
@@ -123,6 +125,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
     return Plant(
         machine=machine,
         axes=whole.axes,
+        blocks=whole.blocks,
         basis=shapes,
         mass=mass,
         frequencies=np.sqrt(np.maximum(squares, 0.0)),

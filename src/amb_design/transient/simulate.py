@@ -13,7 +13,7 @@ import numpy as np
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
-from ..spec.controller import PID
+from ..spec.controller import Chain, Controller
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
@@ -177,9 +177,14 @@ def _equations(
     gravity: bool,
 ) -> Equations:
     plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    if any(len(block.axes) > 1 for block in plant.blocks):
+        raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
+    laws = {block.axes[0]: block.law for block in plant.blocks}
     return Equations(
         plant=plant,
-        actuators=tuple(Actuator.of(a, machine.magnets[a.magnet], linear) for a in plant.axes),
+        actuators=tuple(
+            Actuator.of(a, laws.get(k), machine.magnets[a.magnet], linear) for k, a in enumerate(plant.axes)
+        ),
         forces=tuple(d for d in disturbances if isinstance(d, Force)),
         contact=contact,
         sampled=sampling is not None,
@@ -190,8 +195,8 @@ def _equations(
 def _without_delay(machine: Machine) -> Machine:
     """The delay in the chains stands for sampling; here that is done in earnest."""
 
-    def prompt(pid: PID | None) -> PID | None:
-        return None if pid is None else dataclasses.replace(pid, delay=0.0)
+    def prompt(law: Controller | None) -> Controller | None:
+        return dataclasses.replace(law, delay=0.0) if isinstance(law, Chain) else law
 
     magnets = tuple(
         dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))

@@ -130,12 +130,13 @@ class UnbalanceMeasures:
     def _amplitudes(self, magnet: int, y: Array) -> list[tuple[Array, Array]]:
         """Current and motion of a magnet, each with the weights w of its derivative Re(w dC x); weights are over C's rows."""
         loops = self.loops
-        first = 2 * len(loops.axes)
+        seen = len(loops.plant.loops)
+        first = seen + len(loops.axes)
         controlled = [k for k, m in enumerate(loops.axes) if m == magnet]
         moved = [first + k for k, m in enumerate(loops.pushed) if m == magnet]
         zero = np.zeros(len(y)), np.zeros(y.shape, complex)
         return [
-            self._largest(y, [len(loops.axes) + k for k in controlled]) if controlled else zero,
+            self._largest(y, [seen + k for k in controlled]) if controlled else zero,
             self._orbit(y, moved),
         ]
 

@@ -1,0 +1,75 @@
+"""Ideal feedback of the whole state: every node of the machine's own mesh is seen."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from ..errors import ModelError
+from ..spec.controller import StateFeedback, rows_of
+from .controller import Realisation
+from .mesh import Mesh
+from .pair import Affine, Matrix, Pair, real, zero
+
+
+def whole_state(law: StateFeedback, mesh: Mesh, complex_form: bool, free: list[int]) -> tuple[Matrix, Realisation]:
+    """What is seen, and the gains on it.
+
+    Parameters
+    ----------
+    law : StateFeedback
+    mesh : Mesh
+        The machine's own, or one with a multiple of its elements.
+    complex_form : bool
+    free : list of int
+        Degrees of freedom that no pin holds.
+
+    Returns
+    -------
+    sensors : CasADi matrix, free degrees of freedom by inputs
+        Picks displacements and slopes; of the real form first all in v and beta_y, then all in w and -beta_x.
+    law : Realisation
+        Without states; rows in the order of its magnets, of the real form first in y, then in z.
+
+    Raises
+    ------
+    ModelError
+        If the gains are for another mesh.
+    """
+    position, rate = _matrix(law.position, law.position_cross), _matrix(law.rate, law.rate_cross)
+    seen = position.shape[1]
+    step, rest = divmod(mesh.nodes - 1, max(seen // 2 - 1, 1))
+    if rest or seen % 2 or seen < 4:
+        raise ModelError(f"state feedback for {seen // 2} nodes does not fit a mesh of {mesh.nodes} nodes")
+    nodes = [step * k for k in range(seen // 2)]
+    if complex_form:
+        places = [[(2 * n + k, 1.0) for n in nodes for k in range(2)]]
+        gains = Pair(ca.horzcat(position.re, rate.re), ca.horzcat(position.im, rate.im))
+    else:
+        places = [
+            [(4 * n + k, 1.0) for n in nodes for k in (0, 3)],
+            [(4 * n + k, sign) for n in nodes for k, sign in ((1, 1.0), (2, -1.0))],
+        ]
+        gains = real(ca.horzcat(*[ca.blockcat([[x.re, -x.im], [x.im, x.re]]) for x in (position, rate)]))
+    picked = [entry for plane in places for entry in plane]
+    sensors = ca.DM(len(free), len(picked))
+    where = {place: i for i, place in enumerate(free)}
+    for j, (place, value) in enumerate(picked):
+        if place in where:
+            sensors[where[place], j] = value
+    outputs, inputs = gains.shape[0], sensors.shape[1]
+
+    def constant(pair: Pair) -> Affine:
+        return Affine(pair, zero(*pair.shape))
+
+    return sensors, Realisation(
+        constant(zero(0, 0)),
+        constant(zero(0, inputs)),
+        constant(zero(outputs, 0)),
+        constant(Pair(ca.sparsify(gains.re), ca.sparsify(gains.im))),
+        (),
+    )
+
+
+def _matrix(re: object, im: object) -> Pair:
+    first = ca.DM(list(map(list, rows_of(re))))
+    return Pair(first, ca.DM(list(map(list, rows_of(im)))) if im else ca.DM(*first.shape))

@@ -1,0 +1,1 @@
+"""Controllers from what they shall achieve: reduction of the rotor, quadratic regulators and observers."""
