@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.analysis.modal import LoopView, ModalLoop, Ports
+from amb_design.analysis.modal import LoopView, ModalLoop, Signals
 from amb_design.analysis.outline import outline
 from amb_design.analysis.scan import maximum, roots
 from checks import within
@@ -98,7 +98,7 @@ def test_sensitivity_as_a_sum_over_modes() -> None:
         loop = ad.system(machine)
         w = np.geomspace(1.0, 1e5, 200)
         direct = ad.sensitivity(loop, 600.0, w).sensitivity
-        view = LoopView(ModalLoop(loop, 600.0), Ports.of(loop))
+        view = LoopView(ModalLoop(loop, 600.0), Signals.of(loop))
         for j in range(len(view.names)):
             assert np.abs(view.sensitivity(w, j) - direct[:, j]).max() <= 1e-8
 

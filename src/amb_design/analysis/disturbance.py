@@ -18,7 +18,7 @@ from ..spec.machine import Machine
 from ..spec.parts import place, stations
 from . import places
 from .exponentials import History, half_sine, step
-from .modal import ModalLoop, Ports
+from .modal import ModalLoop, Signals
 from .scan import zoomed
 from .system import Array, System, system
 from .threads import one_thread
@@ -60,13 +60,9 @@ class Watched:
         self.places, self.positions = tuple(n for n, _ in known), tuple(x for _, x in known)
         moved = np.concatenate([modal.motion(x) for x in self.positions])
         self._moved = len(moved)
-        try:
-            self._ports: Ports | None = Ports.of(loop)
-        except ModelError:  # passive bearings alone
-            self._ports = None
-        driven = self._ports.currents @ modal.right if self._ports else np.zeros((0, len(modal.values)))
-        self.leave = np.concatenate([moved, driven])
-        self.currents = self._ports.axis_currents(loop, np.zeros(len(driven)))[1] if self._ports else ()
+        self._signals = Signals.of(loop)
+        self.leave = np.concatenate([moved, self._signals.currents @ modal.right])
+        self.currents = self._signals.axis_currents(loop, np.zeros(len(self._signals.names)))[1]
 
     def split(self, outputs: Array) -> tuple[Array, Array]:
         """Outputs that are displacements, and those that are currents."""
@@ -86,9 +82,7 @@ class Watched:
 
     def axis_currents(self, outputs: Array) -> Array:
         """Control currents of the physical axes [A], shape (axes, times)."""
-        if self._ports is None:
-            return np.zeros((0, outputs.shape[1]))
-        return self._ports.axis_currents(self._loop, self.split(outputs)[1])[0]
+        return self._signals.axis_currents(self._loop, self.split(outputs)[1])[0]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..spec.machine import Machine
-from .modal import LoopView, ModalLoop, Ports
+from .modal import LoopView, ModalLoop, Signals
 from .scan import maximum, roots
 from .system import Array, System, system
 from .threads import one_thread
@@ -111,10 +111,11 @@ def margins(machine: Machine | System, speed: float = 0.0) -> Margins:
         If the machine has no control loop or is not stable at this speed.
     """
     loop = machine if isinstance(machine, System) else system(machine)
-    ports = Ports.of(loop)
+    signals = Signals.of(loop)
+    signals.require_loops(loop)
     modal = ModalLoop(loop, speed)
     modal.require_stable()
-    view = LoopView(modal, ports)
+    view = LoopView(modal, signals)
     grid = view.grid()
     found = tuple(_margins(lambda w, j=j: view.sensitivity(w, j), grid, name) for j, name in enumerate(view.names))  # type: ignore[misc]
     return Margins(speed, found, loop.machine)

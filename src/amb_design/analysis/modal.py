@@ -13,20 +13,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from ..errors import ModelError
 from ..model.loop import ports
 from . import places
 from .certificate import Walk
-from .frequency import Loops
-from .sensitivity import Axes
-from .system import Array, System
+from .system import Array, System, dense
 
 
 @dataclass(frozen=True)
-class Ports:
+class Signals:
     """Where disturbances of the sensors enter the pencil, and what is looked at.
 
     Attributes
@@ -38,7 +35,7 @@ class Ports:
     currents : ndarray, shape (currents, states)
         Control currents [A].
     loops : tuple of str
-        Names of the loops, each broken at its sensor.
+        Names of the loops, each broken at its sensor; ideal state feedback has none.
     magnets : tuple of int
         Index of the magnet of each current.
     names : tuple of str
@@ -54,29 +51,26 @@ class Ports:
     names: tuple[str, ...]
 
     @classmethod
-    def of(cls, loop: System) -> Ports:
-        """Those of a numeric loop.
-
-        Raises
-        ------
-        ModelError
-            If it has none: no magnet of the machine is controlled.
-        """
-        f, g, c = (np.array(ca.DM(m).full()) for m in ports(loop.plant, loop.pencil))
-        loops = f.shape[1]
-        if not loops:
-            raise ModelError(f"{loop.machine.name} has no control loop")
-        driven = len(c) - loops - len(loop.plant.axes)  # behind the currents come the displacements of all magnets
-        axes = loop.plant.axes if driven == len(loop.plant.axes) else Loops(loop.plant).axes
+    def of(cls, loop: System) -> Signals:
+        """Those of a numeric loop."""
+        found = ports(loop.plant, loop.pencil)
+        f, g, c = dense(found.F), dense(found.G), dense(found.C)
+        loops, driven = loop.plant.loops, loop.plant.driven
+        ends = np.cumsum([0, len(loops), len(driven)])
         return cls(
             f,
             g,
-            c[:loops],
-            c[loops : loops + driven],
-            Axes(loop, 0.0).names,
-            tuple(a.magnet for a in axes),
-            tuple(a.name for a in axes),
+            c[: ends[1]],
+            c[ends[1] : ends[2]],
+            tuple(a.name for a in loops),
+            tuple(a.magnet for a in driven),
+            tuple(a.name for a in driven),
         )
+
+    def require_loops(self, loop: System) -> None:
+        """Raise a ModelError if there is no sensor at which a loop could be opened."""
+        if not self.loops:
+            raise ModelError(f"{loop.machine.name} has no control loop that passes a sensor")
 
     def axis_currents(self, loop: System, values: Array) -> tuple[Array, tuple[str, ...]]:
         """Currents of the physical axes as time histories, from those of the model's.
@@ -151,13 +145,13 @@ class LoopView:
     Parameters
     ----------
     modal : ModalLoop
-    ports : Ports
+    signals : Signals
     """
 
-    def __init__(self, modal: ModalLoop, ports: Ports):
-        self.modal, self.names = modal, ports.loops
-        self._enter, self._rate = modal.left @ ports.enter, modal.left @ ports.rate
-        self._leave = ports.sensed @ modal.right
+    def __init__(self, modal: ModalLoop, signals: Signals):
+        self.modal, self.names = modal, signals.loops
+        self._enter, self._rate = modal.left @ signals.enter, modal.left @ signals.rate
+        self._leave = signals.sensed @ modal.right
 
     def sensitivity(self, frequencies: Array, loop: int) -> Array:
         """1/(1 + L) of a loop with all others closed.

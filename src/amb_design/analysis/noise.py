@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import SpecError
 from ..spec.machine import Machine
-from .modal import ModalLoop, Ports
+from .modal import ModalLoop, Signals
 from .system import Array, System, dense, system
 from .threads import one_thread
 
@@ -79,30 +79,29 @@ def noise_currents(machine: Machine | System, density: float, speed: float = 0.0
     if not 0.0 < density < math.inf:
         raise SpecError("must be positive", field="density", got=density, remedy="give m/sqrt(Hz), such as 1e-8")
     loop = machine if isinstance(machine, System) else system(machine)
-    ports = Ports.of(loop)
+    signals = Signals.of(loop)
+    signals.require_loops(loop)
     modal = ModalLoop(loop, speed)
     modal.require_stable()
-    enter = modal.left @ ports.enter + modal.values[:, None] * (modal.left @ ports.rate)
+    enter = modal.left @ signals.enter + modal.values[:, None] * (modal.left @ signals.rate)
     sums = modal.values[:, None] + modal.values.conj()
-    leave = ports.currents @ modal.right
+    leave = signals.currents @ modal.right
     covariance = leave @ (-(enter @ enter.conj().T) / sums) @ leave.conj().T
     power = density**2 / 2.0 * np.diagonal(covariance).real
     # Of complex noise n_y + i n_z twice the intensity enters, and half of the variance is that of one axis.
-    variance = np.where(_unfiltered(loop, ports), np.inf, np.maximum(power, 0.0))
-    return NoiseCurrents(speed, density, ports.names, np.sqrt(variance), loop.machine)
+    variance = np.where(_unfiltered(loop, signals), np.inf, np.maximum(power, 0.0))
+    return NoiseCurrents(speed, density, signals.names, np.sqrt(variance), loop.machine)
 
 
-def _unfiltered(loop: System, ports: Ports) -> Array:
+def _unfiltered(loop: System, signals: Signals) -> Array:
     """Which currents hold white noise: those that a sensor's noise, or its rate, moves at once."""
     n = loop.displacements
     push = dense(loop.pencil.B)[n : 2 * n]
-    jumps = _rows(ports.currents @ np.linalg.solve(dense(loop.pencil.E), ports.rate))
-    forces = np.hstack([ports.enter[n : 2 * n], ports.rate[n : 2 * n]])
+    jumps = _rows(signals.currents @ np.linalg.solve(dense(loop.pencil.E), signals.rate))
+    forces = np.hstack([signals.enter[n : 2 * n], signals.rate[n : 2 * n]])
     moved = _rows(np.linalg.lstsq(push, forces, rcond=None)[0])
-    if len(moved) != len(jumps):  # magnets without a controller have no current
-        names = [a.name for a in loop.plant.axes]
-        moved = moved[[names.index(name) for name in ports.names]]
-    return np.asarray(jumps | moved)
+    axes = [a.name for a in loop.plant.axes]
+    return np.asarray(jumps | moved[[axes.index(name) for name in signals.names]])
 
 
 def _rows(matrix: Array) -> Array:
