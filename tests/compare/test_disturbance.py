@@ -146,7 +146,7 @@ def test_places_and_wrong_input() -> None:
     for at in ("disk 1", "disks[0]", "rotor.disks[0]", 0.2):
         assert ad.force_step(machine, at, 1.0).peak == ad.force_step(machine, "disk 1", 1.0).peak
     for arguments, words in (
-        (("disk 3", 1.0), "at = 'disk 3' names no part of the machine; known are disk 1, disk 2, magnet 1"),
+        (("disk 3", 1.0), "at = 'disk 3' names no part of this machine; known are disk 1, disk 2, magnet 1"),
         ((0.7, 1.0), "at = 0.7 is not on the shaft (0 to 0.6 m)"),
         (("disk 1", 0.0), "force = 0 must be positive"),
     ):

@@ -17,8 +17,9 @@ from ..errors import ModelError, SpecError
 from ..spec.machine import Machine
 from ..spec.parts import place, stations
 from . import places
-from .exponentials import History, half_sine, step
+from .exponentials import History, Piece, half_sine, settled_after, step
 from .modal import ModalLoop, Signals
+from .modes import whirls
 from .scan import zoomed
 from .system import Array, System, system
 from .threads import one_thread
@@ -130,6 +131,20 @@ class Response:
     def peak_place(self) -> str:
         """Where it occurs."""
         return self.watched.places[int(self.peaks.argmax())]
+
+    @property
+    def ringing_time(self) -> float:
+        """From then on the whirling modes together move no place by more than `settled` times the peak [s], a bound.
+
+        What is left then creeps, as the integral of a controller does.
+        """
+        last = self.history.pieces[-1]
+        moving = np.flatnonzero(whirls(last.exponents))
+        coefficients = self.watched.split(last.coefficients)[0][:, moving]
+        if not coefficients.any():
+            return 0.0
+        part = Piece(last.start, last.stop, last.exponents[moving], coefficients)
+        return last.start + settled_after(part, np.full(len(coefficients), self.settled * self.peak))
 
     def displacements(self, times: Sequence[float] | Array) -> Array:
         """Displacements v and w of the places [m], shape (times, places, 2).

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import cmath
-import dataclasses
 
 import numpy as np
 
 from ..errors import ModelError
-from ..model.loop import structure
+from ..model.rotor import rotor
 from .frequency import column
 from .modes import unpinned
 from .system import Array, System, dense
@@ -110,13 +109,14 @@ def inertia(loop: System, angle: float = 0.0) -> Array:
 
     Notes
     -----
-    What the pins hold has mass too; the mass matrix is therefore assembled without them.
+    What the pins hold has mass too; the mass matrix is therefore that of the rotor without them.
     """
-    hanging = structure(dataclasses.replace(loop.machine, pins=()), loop.plant.mesh, loop.complex_form)
+    mass = rotor(loop.machine, loop.plant.mesh).M
     turn = cmath.rect(1.0, angle)
-    rigid = np.zeros(hanging.size, complex)
+    rigid = np.zeros((2 if loop.complex_form else 4) * loop.plant.mesh.nodes, complex)
     if loop.complex_form:
         rigid[0::2] = turn
     else:
         rigid[0::4], rigid[1::4] = turn.real, turn.imag
-    return np.asarray((dense(hanging.M) @ rigid)[list(loop.plant.free)])
+    whole = dense(mass.H if loop.complex_form else mass.to_real())
+    return np.asarray((whole @ rigid)[list(loop.plant.free)])

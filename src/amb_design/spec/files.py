@@ -288,7 +288,7 @@ def start_machine(tables: Tables, folder: str | os.PathLike[str] | None = None) 
             raise SpecError("is missing", field="machine", remedy=remedy) from None
         raise SpecError(error.problem, field="machine", got=tables["machine"], remedy=error.remedy) from None
     machine = read(text_of(path), tables.get("machine_variant"), str(path), _machine_only)
-    machine = _changed(machine, by_path(tables, "changes"))
+    machine = changed(machine, by_path(tables, "changes"))
     return dataclasses.replace(machine, name=tables.get("name", machine.name))
 
 
@@ -306,8 +306,15 @@ def _starts_elsewhere(changes: Tables) -> bool:
     return any(key in changes for key in START)
 
 
-def _changed(machine: Machine, changes: Tables) -> Machine:
-    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out."""
+def changed(machine: Machine, changes: Tables) -> Machine:
+    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out.
+
+    Parameters
+    ----------
+    machine : Machine
+    changes : dict
+        Numbers, or texts with units, by path.
+    """
     values: dict[str, Number] = {}
     for name, raw in changes.items():
         try:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..errors import SpecError
+from ..units import parse_quantity
 from .fields import is_number
 from .machine import Machine
 
@@ -44,13 +45,16 @@ def place(machine: Machine, at: str | float) -> float:
     machine : Machine
         Numbers only.
     at : str or float
-        A name as in `stations` (``"disk 2"``, ``"left magnet"``), a part (``"magnets[0]"``), or the position itself [m].
+        A name as in `stations` (``"disk 2"``, ``"left magnet"``), a part (``"magnets[0]"``), or the position itself: a number [m],
+        or a text with a unit.
 
     Raises
     ------
     SpecError
         If there is no such part, or the place is not on the shaft.
     """
+    if isinstance(at, str) and re.match(r"[-+.\d]", at):
+        at = parse_quantity(at, "m")
     length = float(machine.rotor.shaft.length)
     if is_number(at):
         if not 0.0 <= at <= length * (1.0 + 1e-9):
@@ -65,7 +69,7 @@ def place(machine: Machine, at: str | float) -> float:
     for name, position in known:
         if name == at:
             return position
-    raise SpecError("names no part of the machine", field="at", got=at, remedy=f"known are {', '.join(dict(known))}")
+    raise SpecError("names no part of this machine", field="at", got=at, remedy=f"known are {', '.join(dict(known))}")
 
 
 def _items(machine: Machine, kind: str) -> Sequence[Any]:
