@@ -19,6 +19,7 @@ from .analysis.equivalent import Equivalent, equivalent_coefficients
 from .analysis.findings import Finding, findings
 from .analysis.gradient import critical_speed_gradient, eigenvalue_gradient, stability_gradient
 from .analysis.modes import Mode
+from .analysis.noise import noise_current
 from .analysis.sensitivity import Sensitivity, SensitivityOverSpeed, sensitivity, sensitivity_over_speed
 from .analysis.spectrum import spectrum
 from .analysis.stability import Onset, StabilityLimit, stability_limit
@@ -98,6 +99,7 @@ __all__ = [
     "load_problem_variants",
     "load_variants",
     "loads",
+    "noise_current",
     "numbers",
     "open_loop",
     "packaged",
@@ -141,7 +143,6 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "load_transient": "transient.result",
     "margins": "analysis.margins",
     "minimise_abscissa": "optimise.abscissa",
-    "noise_currents": "analysis.noise",
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",

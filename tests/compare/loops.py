@@ -1,4 +1,4 @@
-"""Small levitated machines and their loops in python-control, as the tests of margins and noise share them."""
+"""Small levitated machines, and their loops in python-control."""
 
 from __future__ import annotations
 

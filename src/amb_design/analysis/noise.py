@@ -1,110 +1,92 @@
-"""Control currents that the noise of the sensors makes, from the Lyapunov equation of the closed loop.
+"""Control current from the noise of the displacement sensors.
 
-Noise n of the sensors enters as E x' = A x + F n + G n'. With white noise of the one-sided density N [m/sqrt(Hz)] at every
-sensor, P = (N^2/2) times the solution of A P + P A^H + (F + A G)(F + A G)^H = 0 is the covariance of x - G n. In modal
-coordinates it is an elementwise division. In the complex form the noises in y and z are independent, the complex one is
-circular, and half of its variance belongs to each axis.
+White noise of the one-sided amplitude spectral density n at each sensor, independent from loop to loop and from axis to axis,
+makes currents of the variance n^2 times the integral of abs(H)^2 over the frequencies in Hz above zero, summed over the sensors:
+H leads from a disturbance of a sensor to the current. The closed loop is dx/dt = A x + F u + G du/dt with i = C x; in
+x - G u it has no derivative of the noise any more,
 
-Where the noise reaches a current unfiltered, as through an ideal derivative with neither low-pass nor amplifier behind it, its
-variance is infinite, and so is the result.
+    A P + P A^H + B B^H = 0        B = F + A G        variance = n^2/2 diag(C P C^H)
+
+In the complex form u and i hold two axes each, alike and independent: the same formula gives the variance of one.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 
 import numpy as np
+import scipy.linalg as sla
 
-from ..errors import SpecError
+from ..errors import ModelError
+from ..model.loop import ports
 from ..spec.machine import Machine
-from .modal import ModalLoop, Signals
+from .certificate import Walk
 from .system import Array, System, dense, system
 from .threads import one_thread
 
 
-@dataclass(frozen=True)
-class NoiseCurrents:
-    """Result of `noise_currents`.
-
-    Attributes
-    ----------
-    speed : float
-        Spin speed [rad/s].
-    density : float
-        Of the noise of every sensor [m/sqrt(Hz)], one-sided.
-    names : tuple of str
-        Of the currents: ``"magnets[0] y"``; in the complex form both axes are alike.
-    currents : ndarray
-        Root mean square of each physical axis [A]; infinite where the noise is not filtered.
-    machine : Machine
-    """
-
-    speed: float
-    density: float
-    names: tuple[str, ...]
-    currents: Array
-    machine: Machine = field(repr=False)
-
-    @property
-    def worst(self) -> float:
-        """The largest of them [A]."""
-        return float(self.currents.max())
-
-
 @one_thread
-def noise_currents(machine: Machine | System, density: float, speed: float = 0.0) -> NoiseCurrents:
-    """Root mean square of the control currents under white noise of the sensors.
+def noise_current(machine: Machine | System, noise: float, speed: float = 0.0) -> Array:
+    """Control current that white noise of the displacement sensors causes at one spin speed.
 
     Parameters
     ----------
     machine : Machine or System
-    density : float
-        One-sided amplitude density at every sensor and axis [m/sqrt(Hz)], all independent: a band of 1 Hz has the variance
-        density squared.
+    noise : float
+        One-sided amplitude spectral density of each sensor [m/sqrt(Hz)].
     speed : float
         Spin speed [rad/s].
 
     Returns
     -------
-    NoiseCurrents
+    ndarray, shape (loops,)
+        Rms current of a physical axis of each control loop [A]; infinite where the closed loop is not stable.
 
     Raises
     ------
-    SpecError
-        If the density is not positive and finite.
     ModelError
-        If the machine has no control loop or is not stable at this speed.
+        If the machine has no control loop, or one that passes on noise of any frequency.
     """
-    if not 0.0 < density < math.inf:
-        raise SpecError("must be positive", field="density", got=density, remedy="give m/sqrt(Hz), such as 1e-8")
     loop = machine if isinstance(machine, System) else system(machine)
-    signals = Signals.of(loop)
-    signals.require_loops(loop)
-    modal = ModalLoop(loop, speed)
-    modal.require_stable()
-    enter = modal.left @ signals.enter + modal.values[:, None] * (modal.left @ signals.rate)
-    sums = modal.values[:, None] + modal.values.conj()
-    leave = signals.currents @ modal.right
-    covariance = leave @ (-(enter @ enter.conj().T) / sums) @ leave.conj().T
-    power = density**2 / 2.0 * np.diagonal(covariance).real
-    # Of complex noise n_y + i n_z twice the intensity enters, and half of the variance is that of one axis.
-    variance = np.where(_unfiltered(loop, signals), np.inf, np.maximum(power, 0.0))
-    return NoiseCurrents(speed, density, signals.names, np.sqrt(variance), loop.machine)
+    names = [a.name for a in loop.plant.loops]
+    count, ends = len(names), ports(loop.plant, loop.pencil)
+    f, g, c = dense(ends.F), dense(ends.G), dense(ends.C)[count : 2 * count]
+    check_filtered(c, g, loop.displacements, names)
+    e = Walk(loop.A0, loop.A1).at(speed)
+    if (e.values.real > -e.uncertainty).any():
+        return np.full(count, np.inf)
+    f, g = loop.from_rate @ f, loop.from_rate @ g
+    b = f + e.matrix @ g
+    c = c @ loop.to_state
+    covariance = sla.solve_continuous_lyapunov(e.matrix, -b @ b.conj().T)
+    variance = np.einsum("ij,jk,ik->i", c, covariance, c.conj()).real / 2.0
+    return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _unfiltered(loop: System, signals: Signals) -> Array:
-    """Which currents hold white noise: those that a sensor's noise, or its rate, moves at once."""
-    n = loop.displacements
-    push = dense(loop.pencil.B)[n : 2 * n]
-    jumps = _rows(signals.currents @ np.linalg.solve(dense(loop.pencil.E), signals.rate))
-    forces = np.hstack([signals.enter[n : 2 * n], signals.rate[n : 2 * n]])
-    moved = _rows(np.linalg.lstsq(push, forces, rcond=None)[0])
-    axes = [a.name for a in loop.plant.axes]
-    return np.asarray(jumps | moved[[axes.index(name) for name in signals.names]])
+def check_filtered(currents: Array, rates: Array, displacements: int, names: Sequence[str]) -> None:
+    """Refuse machines without loops, and loops in which white noise makes an infinite current.
 
+    Parameters
+    ----------
+    currents : ndarray, shape (loops, states)
+        Control currents of states q, dq/dt, controllers: rows of C.
+    rates : ndarray, shape (states, loops)
+        Of the rates of disturbances at the sensors: G.
+    displacements : int
+        Length of q.
+    names : sequence of str
+        Of the loops.
 
-def _rows(matrix: Array) -> Array:
-    """Which rows are not zero, beyond rounding."""
-    size = np.abs(matrix)
-    return np.asarray((size > 1e-12 * size.max(initial=0.0)).any(axis=1))
+    Raises
+    ------
+    ModelError
+    """
+    if not names:
+        raise ModelError("there is no control loop with a sensor, and so no noise in it")
+    n = 2 * displacements
+    direct = currents[:, :n].any(axis=1) | (currents[:, n:] @ rates[n:]).any(axis=1)
+    if direct.any():
+        raise ModelError(
+            f"white noise of the sensors makes an infinite control current at {names[int(np.argmax(direct))]}, for nothing "
+            "filters it; give the controller a low_pass or an amplifier"
+        )

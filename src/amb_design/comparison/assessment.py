@@ -15,7 +15,7 @@ from ..analysis.critical import critical_speeds
 from ..analysis.disturbance import Response, base_shock, force_step
 from ..analysis.margins import Margins, margins
 from ..analysis.modes import OVERDAMPED
-from ..analysis.noise import NoiseCurrents, noise_currents
+from ..analysis.noise import noise_current
 from ..analysis.sensitivity import CHECKED_TO, Sensitivity, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit
 from ..analysis.system import Array, System, dense
@@ -170,10 +170,10 @@ class Assessment:
         return tuple(margins(self.loop, s) for s in self._speeds())
 
     @cached_property
-    def noise(self) -> tuple[NoiseCurrents, ...]:
-        """At rest and at the end of the operating range."""
+    def noise(self) -> tuple[Array, ...]:
+        """Control currents from the sensors' noise at rest and at the end of the operating range, rms of each loop [A]."""
         self.require_running()
-        return tuple(noise_currents(self.loop, self.conditions.sensor_noise, s) for s in self._speeds())
+        return tuple(noise_current(self.loop, self.conditions.sensor_noise, s) for s in self._speeds())
 
     @cached_property
     def force_steps(self) -> tuple[Response, ...]:

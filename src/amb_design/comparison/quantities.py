@@ -151,7 +151,7 @@ LINES = (
     Line(
         "base_current", "base shock", "peak current", "A", LOWER, lambda a: max(r.peak_current for r in a.base_shocks)
     ),
-    Line("noise_current", "noise", "control current, rms", "A", LOWER, lambda a: max(n.worst for n in a.noise)),
+    Line("noise_current", "noise", "control current, rms", "A", LOWER, lambda a: max(float(n.max()) for n in a.noise)),
     Line("bias_current", "cost", "largest bias current", "A", NEITHER, lambda a: a.bias_current),
     Line("copper_loss", "cost", "copper loss at bias", "W", LOWER, lambda a: a.copper_loss),
     Line("controller_order", "cost", "states of the controllers", "", LOWER, lambda a: float(a.order)),

@@ -25,7 +25,8 @@ PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""))
 
 PREFIXED = ("m", "A", "s")
 
-UNKNOWN = "not known"
+UNKNOWN, NONE_THERE = "not known", "none"
+"""In place of a value: nobody has said it; there is no such thing, and a note says why."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Row:
     values : mapping of str to float or None
         By design, in SI units; None where nothing could be measured, infinite where nothing limits.
     remarks : mapping of str to str
-        Behind the values; "unstable" or "not known" in their place.
+        Behind the values; "unstable", "not known" or "none" in their place.
     best : tuple of str
         Designs with the better entry; empty if there is no better one.
     """
@@ -82,7 +83,8 @@ class ComparisonTable:
     @property
     def known(self) -> tuple[Row, ...]:
         """The lines of which something is known."""
-        return tuple(row for row in self.rows if any(text != UNKNOWN for text in row.remarks.values()))
+        empty = (UNKNOWN, NONE_THERE)
+        return tuple(row for row in self.rows if any(text not in empty for text in row.remarks.values()))
 
     def __getitem__(self, key: str) -> dict[str, float | None]:
         """Values of a line by design, in SI units.
@@ -225,7 +227,7 @@ def rows_of(
             except UnknownError:
                 values[name], remarks[name] = None, UNKNOWN
             except (ModelError, SolveError) as error:
-                values[name], remarks[name] = None, UNKNOWN
+                values[name], remarks[name] = None, NONE_THERE
                 reason = str(error).removeprefix(f"{a.machine.name} ")
                 reasons.setdefault((line.label, reason), []).append(name)
         rows.append(Row(line, values, remarks, best(line, values)))

@@ -6,7 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from ..analysis.campbell import Campbell
 from ..analysis.disturbance import Response
@@ -14,9 +16,11 @@ from ..analysis.modes import whirls
 from ..analysis.sensitivity import ZONES, Sensitivity
 from ..analysis.stability import StabilityLimit
 from ..comparison.assessment import Assessment, Whirl
+from ..comparison.table import shown
 from ..units import RPM
-from .base import COLOURS, FAINT, GREY, INK, WIDTH, canvas, hertz, legend_above, note, page
-from .campbell_diagram import campbell, frequency_range
+from .base import COLOURS, FAINT, INK, WIDTH, canvas, hertz, legend_above, note, page
+from .campbell_diagram import campbell, colour_bar, frequency_range, legend_handles
+from .campbell_diagram import drawn as modes_drawn
 from .loops import HZ, frequency_axis, in_decibels, zones
 
 PERIODS = 25
@@ -41,13 +45,21 @@ def campbells(diagrams: Mapping[str, Campbell], limits: Mapping[str, StabilityLi
     columns = min(len(diagrams), 3)
     rows = math.ceil(len(diagrams) / columns)
     highest = max(frequency_range(d, limits[name]) for name, d in diagrams.items())
-    with page(height=4.1 * rows, width=max(WIDTH, 4.6 * columns)) as figure:
-        drawn = []
+    with page(height=0.5 + 3.3 * rows, width=max(WIDTH, 0.6 + 3.6 * columns)) as figure:
+        drawn: list[Axes] = []
+        handles: dict[str, Artist] = {}
         for k, (name, diagram) in enumerate(diagrams.items()):
             ax = figure.add_subplot(rows, columns, k + 1)
-            campbell(diagram, limit=limits[name], highest=highest, ax=ax)
-            ax.set_title(name, loc="right", fontweight="bold")
+            campbell(diagram, limit=limits[name], highest=highest, key=False, ax=ax)
+            ax.set_title(name, fontweight="bold")
+            ax.xaxis.set_major_locator(MaxNLocator(5))
+            meant = legend_handles(diagram, modes_drawn(diagram, highest))
+            handles |= {str(h.get_label()): h for h in meant}
+            if k % columns:
+                ax.set_ylabel("")
             drawn.append(ax)
+        figure.legend(handles=list(handles.values()), loc="outside upper left", ncols=3 if columns == 1 else 6)
+        colour_bar(drawn)
     return tuple(drawn)
 
 
@@ -146,7 +158,7 @@ def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Ax
         for k, (name, r) in enumerate(found.items()):
             colour = COLOURS[k % len(COLOURS)]
             moved = r.displacements(times)[:, r.watched.places.index(place)] @ along
-            label = f"{name}: peak {1e6 * r.peak:.3g} µm, settled after {_seconds(r.settling_time)}"
+            label = f"{name}: peak {shown(r.peak, 'm')}, settled after {shown(r.settling_time, 's')}"
             upper.plot(1e3 * times, 1e6 * moved, color=colour, label=label, linewidth=1.2, gid="curve")
             driven = r.axis_currents(times)
             if driven.size:
@@ -158,6 +170,7 @@ def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Ax
         lower.set_xlim(0.0, 1e3 * end)
         for ax in (upper, lower):
             ax.axhline(0.0, color=INK, linewidth=0.6, zorder=1.0)
+        note(upper, f"{largest.speed / RPM:.0f} rpm", below=True)
         legend_above(upper)
     return upper, lower
 
@@ -171,10 +184,6 @@ def _window(r: Response) -> float:
     size = np.where(moving, np.abs(r.watched.split(last.coefficients)[0]).max(axis=0), 0.0)
     period = 2.0 * math.pi / abs(float(last.exponents[int(size.argmax())].imag))
     return last.start + min(max(1.2 * (r.ringing_time - last.start), 4.0 * period), PERIODS * period)
-
-
-def _seconds(value: float) -> str:
-    return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
 
 
 def corners(designs: Mapping[str, Assessment], ax: Axes | None = None) -> Axes:
@@ -199,12 +208,13 @@ def corners(designs: Mapping[str, Assessment], ax: Axes | None = None) -> Axes:
             found = np.array([c.stable_up_to for c in a.corners]) / RPM
             ax.plot([found.min(), found.max()], [row, row], color=colour, linewidth=1.0, zorder=1.5)
             ax.plot(found, np.full(len(found), row), "o", color=colour, markersize=5.0, alpha=0.55, gid="corner")
-            ax.plot(
-                [a.stable_up_to / RPM], [row], "o", markersize=9.0, markerfacecolor="none", color=INK, gid="nominal"
-            )
+            first = "as drawn" if row == 0 else "_"
+            ring = {"markersize": 9.0, "markerfacecolor": "none", "color": INK, "linestyle": "none", "gid": "nominal"}
+            ax.plot([a.stable_up_to / RPM], [row], "o", label=first, **ring)  # type: ignore[arg-type]
         end = next(iter(designs.values())).end / RPM
-        ax.axvline(end, color=FAINT, linewidth=0.9, linestyle=(0, (4.0, 2.0)), zorder=0.5)
-        note(ax, f"- - operating range up to {end:.0f} rpm    o as drawn", GREY)
+        dashes = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4.0, 2.0)), "zorder": 0.5}
+        ax.axvline(end, label=f"operating range up to {end:.0f} rpm", **dashes)  # type: ignore[arg-type]
+        legend_above(ax)
         ax.set_yticks(range(len(names)), names)
         ax.set_ylim(-0.6, len(names) - 0.1)
         ax.set_xlim(left=0.0)

@@ -5,7 +5,8 @@ A comparison file is TOML data; nothing in it is executed. It has
 - ``format``, ``name`` and a table ``[source]`` of texts, all mandatory, and perhaps a ``question``;
 - ``[conditions]``: the fields of `Conditions`, with the tables ``force_step``, ``base_shock``, ``unbalance`` and ``tolerances``;
 - ``[designs.NAME]``: a ``machine`` (a file, a folder or the name of a packaged problem) with perhaps a ``variant``, or a
-  ``problem``, whose stored optimum is taken; ``changes``, numbers by path; ``design_time``, CPU seconds;
+  ``problem``, whose stored optimum is taken; a ``controller`` in place of its own; ``changes``, numbers by path;
+  ``design_time``, CPU seconds;
 - ``[variants.NAME]``: the same comparison with changes, as in machine files.
 
 Whatever is wrong with a file is reported as a SpecError of one sentence.
@@ -13,7 +14,6 @@ Whatever is wrong with a file is reported as a SpecError of one sentence.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from typing import Any
 
 from ..errors import SpecError
 from .comparison import Comparison, Conditions
-from .files import FILE_NAME, PROBLEM_FILE, changed, load, locate
+from .files import FILE_NAME, PROBLEM_FILE, changed, controlled, load, locate
 from .machine import Machine
 from .problem_files import load_optimum
 from .tables import as_table, by_path, closest, inside, quoted, si_number, spec_of, texts
@@ -32,7 +32,7 @@ from .toml import Tables, read, text_of
 COMPARISON_FILE = "comparison.toml"
 
 KEYS = ("format", "name", "question", "source", "conditions", "designs", "variants")
-DESIGN_KEYS = ("machine", "problem", "variant", "changes", "design_time")
+DESIGN_KEYS = ("machine", "problem", "variant", "controller", "changes", "design_time")
 DESIGN_FILES = ("design.toml", "design.json")
 """What `amb-design optimise --out` writes: the machine, and beside it what the search cost."""
 
@@ -83,12 +83,6 @@ def load_conditions(tables: Mapping[str, Any]) -> Conditions:
         What TOML gives for ``[conditions]``.
     """
     table = dict(tables)
-    noise = table.get("sensor_noise")
-    if isinstance(noise, str):  # the square root of a hertz is no unit of the registry
-        with inside("sensor_noise"):
-            if not noise.replace(" ", "").endswith("m/sqrt(Hz)"):
-                raise SpecError("has no unit of noise", got=noise, remedy='write 1e-8, or "10 nm/sqrt(Hz)"')
-            table["sensor_noise"] = si_number(noise.replace("/sqrt(Hz)", ""), {"unit": "m"})
     if "unbalance" in table:
         with inside("unbalance"):
             table["unbalance"] = {
@@ -146,7 +140,9 @@ def _design(table: Tables, folder: str | os.PathLike[str]) -> tuple[Machine, flo
         names = (FILE_NAME, PROBLEM_FILE) if kind == "machine" else (PROBLEM_FILE,)
         path = _located(table[kind], names, folder)
     machine = (load if kind == "machine" else load_optimum)(path, table.get("variant"))
-    machine = dataclasses.replace(changed(machine, by_path(table, "changes")), name=machine.name)
+    if "controller" in table:
+        machine = controlled(machine, table["controller"])
+    machine = changed(machine, by_path(table, "changes"))
     spent = _si(table.get("design_time"), "s", "design_time")
     if spent is not None and not (isinstance(spent, float) and 0.0 <= spent < float("inf")):
         raise SpecError("must be a time", field="design_time", got=spent, remedy="give CPU seconds")

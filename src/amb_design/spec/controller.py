@@ -64,6 +64,10 @@ class Chain(Spec):
     amplifier: Amplifier | None = part("current amplifier", default=None)
 
 
+HARDWARE = ("sensor_gain", "low_pass", "delay", "amplifier")
+"""Fields of a chain that belong to the machine and not to the law."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PID(Chain):
     """PID chain of an axis: i = -S LP Kt (Kp + Ki/s + Kd s + i (Kc + Omega Kc')) N D AMP y."""

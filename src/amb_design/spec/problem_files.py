@@ -5,6 +5,8 @@ keys in quotes and may be short. A file has
 
 - ``format``, ``name`` and a table ``[source]`` of texts, all mandatory, and perhaps a ``question``;
 - ``machine`` and ``machine_variant``: where the design starts; the ``machine.toml`` beside the file if left out;
+- ``[controller]``: another controller than the machine's; sensor gain, low-pass, delay and amplifier that it leaves out are those
+  of the machine's own;
 - ``[changes]``: numbers of the machine that are replaced before the design starts;
 - ``maximise`` or ``minimise``: a quantity, or a table with ``quantity`` and its options; ``speed`` ends the range of speeds;
 - ``[free]``: bounds by path; ``[ties]``: numbers that follow free ones;
