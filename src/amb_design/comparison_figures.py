@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import plots
-from .analysis.campbell import campbell
+from .analysis.campbell import Campbell, campbell
 from .comparison.assessment import Assessment
 from .comparison.table import ComparisonTable
 from .errors import ModelError, SolveError
@@ -38,7 +38,7 @@ def save_comparison_figures(table: ComparisonTable, folder: Path, formats: tuple
     designs, c = table.designs, table.conditions
     top = min(float(c.top_speed), 1.25 * max(float(c.speed), *(a.stable_up_to for a in designs.values())))
     speeds = np.linspace(0.0, top, SPEEDS)
-    diagrams = {name: campbell(a.loop, speeds) for name, a in designs.items()}
+    diagrams = {name: _forward(campbell(a.loop, speeds)) for name, a in designs.items()}
     limits = {name: a.limit for name, a in designs.items()}
     # Beyond its limit a design may become stable again, which nobody has looked for: nothing is shaded there.
     draw("campbell", plots.campbells, diagrams, {name: replace(x, onsets=()) for name, x in limits.items()})
@@ -61,6 +61,11 @@ def save_comparison_figures(table: ComparisonTable, folder: Path, formats: tuple
     found = _measured(designs.items(), lambda a: a.corners)
     if found:
         draw("corners", plots.corners, {n: designs[n] for n in found})
+
+
+def _forward(diagram: Campbell) -> Campbell:
+    """Without the backward critical speeds, whose labels small diagrams have no room for."""
+    return replace(diagram, critical=tuple(c for c in diagram.critical if c.whirl != "backward"))
 
 
 def _measured(designs: Any, measure: Callable[[Assessment], Any]) -> dict[str, Any]:

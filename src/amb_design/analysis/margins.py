@@ -22,7 +22,7 @@ from .system import Array, System, system
 from .threads import one_thread
 
 NEGLIGIBLE = 1e-3
-"""Where L stays below this modulus nothing is looked for: gain margins above 60 dB count as none."""
+"""Where L stays below this modulus nothing is looked for: gain margins above 60 dB, up or down, count as none."""
 
 STATIC = 1e-9
 """A sensitivity below this at frequency zero is that of an integrator: the static gain is infinite."""
@@ -39,7 +39,8 @@ class LoopMargins:
     gain_up : float
         Smallest factor above one that makes the loop unstable; infinite if none up to 1000 does.
     gain_down : float
-        Largest factor below one that makes it unstable; zero if none does. Levitated rotors fall below some gain.
+        Largest factor below one that makes it unstable; zero if none down to 0.001 does. Levitated rotors fall below some
+        gain.
     phase : float
         Smallest lag or lead that makes it unstable [rad]; infinite if none does.
     disk : float
@@ -130,7 +131,7 @@ def _margins(s: Callable[[Array], Array], grid: Array, name: str) -> LoopMargins
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = np.where(np.abs(values) > STATIC, real / (real - 1.0), np.nan)  # -1/L
     up, up_at = _nearest(factors, place, lambda k: k > 1.0, min, math.inf)
-    down, down_at = _nearest(factors, place, lambda k: (k > 0.0) & (k < 1.0), max, 0.0)
+    down, down_at = _nearest(factors, place, lambda k: (k > NEGLIGIBLE) & (k < 1.0), max, 0.0)
     ones = roots(lambda w: s(w).real - 0.5, grid)
     at = s(ones)
     angles = np.pi - np.abs(np.angle((1.0 - at) / at))

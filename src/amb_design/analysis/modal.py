@@ -19,6 +19,7 @@ from ..errors import ModelError
 from ..model.loop import ports
 from . import places
 from .certificate import Walk
+from .scan import distinct
 from .system import Array, System, dense
 
 
@@ -186,4 +187,4 @@ class LoopView:
         around = (np.abs(values.imag)[:, None] + width[:, None] * np.concatenate([-steps, steps])).ravel()
         lowest, highest = 1e-3 * float(size[size > 0.0].min()), 3.0 * float(size.max())
         net = np.geomspace(lowest, highest, 400)
-        return np.unique(np.concatenate([net, around[(around > lowest) & (around < highest)]]))
+        return distinct(np.concatenate([net, around[(around > lowest) & (around < highest)]]))

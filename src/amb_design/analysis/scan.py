@@ -10,9 +10,24 @@ from .system import Array
 
 Function = Callable[[Array], Array]
 
+SAME = 1e-10
+"""Points closer than this part of themselves are one: conjugate eigenvalues are equal to rounding only."""
+
 POINTS = 9
 ROUNDS = 9
 """Each round of a zoom makes its interval four times smaller."""
+
+
+def distinct(points: Array) -> Array:
+    """Ascending points without those that rounding alone tells apart, between which nothing can be bracketed.
+
+    Parameters
+    ----------
+    points : ndarray
+        Not negative.
+    """
+    ordered = np.unique(points)
+    return np.asarray(ordered[np.diff(ordered, prepend=-1.0) > SAME * ordered])
 
 
 def maximum(function: Function, grid: Array, candidates: int = 8) -> tuple[float, float]:

@@ -129,6 +129,14 @@ LINES = (
     ),
     Line("force_peak", "force step", "peak displacement", "m", LOWER, lambda a: max(r.peak for r in a.force_steps)),
     Line(
+        "force_whirl",
+        "force step",
+        "whirl has died away after",
+        "s",
+        LOWER,
+        lambda a: max(r.ringing_time for r in a.force_steps),
+    ),
+    Line(
         "force_settling",
         "force step",
         "settling time",

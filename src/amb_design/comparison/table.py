@@ -16,9 +16,6 @@ from ..units import RPM
 from .assessment import Assessment, UnknownError, UnstableError
 from .quantities import HIGHER, LINES, Line
 
-EQUAL = 1e-3
-"""Entries that are alike within this part of the better one are both marked."""
-
 HZ = 2.0 * math.pi
 
 PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""))
@@ -27,6 +24,8 @@ PREFIXED = ("m", "A", "s")
 
 UNKNOWN, NONE_THERE = "not known", "none"
 """In place of a value: nobody has said it; there is no such thing, and a note says why."""
+
+EMPTY = (UNKNOWN, NONE_THERE)
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,7 @@ class ComparisonTable:
     @property
     def known(self) -> tuple[Row, ...]:
         """The lines of which something is known."""
-        empty = (UNKNOWN, NONE_THERE)
-        return tuple(row for row in self.rows if any(text not in empty for text in row.remarks.values()))
+        return tuple(row for row in self.rows if any(text not in EMPTY for text in row.remarks.values()))
 
     def __getitem__(self, key: str) -> dict[str, float | None]:
         """Values of a line by design, in SI units.
@@ -244,7 +242,7 @@ def rows_of(
 
 
 def best(line: Line, values: Mapping[str, float | None]) -> tuple[str, ...]:
-    """Designs with the better entry of a line; none where all are alike.
+    """Designs with the better entry of a line, several where they read alike; none where all do.
 
     Parameters
     ----------
@@ -255,7 +253,7 @@ def best(line: Line, values: Mapping[str, float | None]) -> tuple[str, ...]:
     if not line.better or len(values) < 2 or not known:
         return ()
     top = (max if line.better == HIGHER else min)(known.values())
-    alike = tuple(n for n, v in known.items() if v == top or (math.isfinite(top) and abs(v - top) <= EQUAL * abs(top)))
+    alike = tuple(n for n, v in known.items() if shown(v, line.unit) == shown(top, line.unit))
     return alike if len(alike) < len(values) else ()
 
 

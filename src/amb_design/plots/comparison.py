@@ -128,7 +128,9 @@ def whirls_compared(designs: Mapping[str, Whirl]) -> tuple[Axes, Axes]:
         lower.set_ylabel("largest control current [A]")
         lower.set_xlabel("spin speed [rpm]")
         for ax in (upper, lower):
+            largest = max((float(np.nanmax(line.get_ydata())) for line in ax.lines), default=1.0)
             ax.set_yscale("log")
+            ax.set_ylim(1e-4 * largest, 3.0 * largest)  # what is smaller does not matter
         legend_above(upper)
     return upper, lower
 
@@ -166,11 +168,10 @@ def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Ax
                 lower.plot(1e3 * times, driven[:, most], color=colour, linewidth=1.2, gid="curve")
         upper.set_ylabel(f"{place} [µm]")
         lower.set_ylabel("control current [A]")
-        lower.set_xlabel("time [ms]")
+        lower.set_xlabel(f"time [ms], at {largest.speed / RPM:.0f} rpm")
         lower.set_xlim(0.0, 1e3 * end)
         for ax in (upper, lower):
             ax.axhline(0.0, color=INK, linewidth=0.6, zorder=1.0)
-        note(upper, f"{largest.speed / RPM:.0f} rpm", below=True)
         legend_above(upper)
     return upper, lower
 

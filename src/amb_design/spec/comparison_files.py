@@ -60,20 +60,6 @@ def load_comparison(path_or_name: str | os.PathLike[str], variant: str | None = 
     return read(text_of(path), variant, str(path), partial(_comparison, folder=path.parent))
 
 
-def is_comparison(path_or_name: str | os.PathLike[str]) -> bool:
-    """True if `load_comparison` would find a file.
-
-    Parameters
-    ----------
-    path_or_name : str or path
-    """
-    try:
-        path = locate(path_or_name, (COMPARISON_FILE,))
-    except SpecError:
-        return False
-    return path.name == COMPARISON_FILE or "\n[designs" in f"\n{text_of(path)}"
-
-
 def load_conditions(tables: Mapping[str, Any]) -> Conditions:
     """Conditions from their table.
 
