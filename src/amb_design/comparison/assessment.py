@@ -24,6 +24,7 @@ from ..errors import ModelError
 from ..model import strength
 from ..optimise.audit import with_pattern
 from ..spec.comparison import Conditions
+from ..spec.controller import LQR, StateFeedback
 from ..spec.machine import Machine
 from ..spec.parts import stations
 from .robustness import Corner, corners, stable_share
@@ -129,6 +130,11 @@ class Assessment:
         """Raise an UnstableError if the design is not stable throughout the operating range."""
         if not self.runs:
             raise UnstableError(f"{self.name} is not stable throughout the operating range")
+
+    @property
+    def is_reference(self) -> bool:
+        """True for ideal state feedback, which nobody can build: it wins no line."""
+        return isinstance(self.machine.controller, LQR | StateFeedback)
 
     @cached_property
     def damping(self) -> Campbell:
