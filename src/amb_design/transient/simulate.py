@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Sequence
@@ -10,16 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
-from ..spec.controller import Chain, Controller
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
+from ..spec.sampling import Sampling
 from .actuator import Actuator
 from .equations import Equations
-from .loads import Contact, Disturbance, Force, Sampling, Spin
+from .loads import Contact, Disturbance, Force, Spin
 from .plant import plant_of
 from .result import Transient, evaluated
 from .run import Chunks, Progress, Run, travel
@@ -176,7 +176,9 @@ def _equations(
     sampling: Sampling | None,
     gravity: bool,
 ) -> Equations:
-    plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    if sampling is not None:  # the delay in the chains stands for it
+        machine = with_chains(machine, delay=0.0)
+    plant = plant_of(machine, modes, disturbances)
     if any(len(block.axes) > 1 for block in plant.blocks):
         raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
     laws = {block.axes[0]: block.law for block in plant.blocks}
@@ -189,21 +191,6 @@ def _equations(
         contact=contact,
         sampled=sampling is not None,
         gravity=float(machine.operation.gravity) if gravity else 0.0,
-    )
-
-
-def _without_delay(machine: Machine) -> Machine:
-    """The delay in the chains stands for sampling; here that is done in earnest."""
-
-    def prompt(law: Controller | None) -> Controller | None:
-        return dataclasses.replace(law, delay=0.0) if isinstance(law, Chain) else law
-
-    magnets = tuple(
-        dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))
-        for m in machine.magnets
-    )
-    return dataclasses.replace(
-        machine, magnets=magnets, controller=prompt(machine.controller), controller_z=prompt(machine.controller_z)
     )
 
 
