@@ -7,6 +7,7 @@ from .design import convergence, limit_sensitivities, pareto, real_parts
 from .loops import open_loop, sensitivity, sensitivity_over_speed
 from .machine_drawing import machine
 from .shapes import mode_shape, mode_shapes
+from .transient import envelope, history, orbits, waterfall
 from .unbalance_response import currents, unbalance
 
 __all__ = [
@@ -14,11 +15,14 @@ __all__ = [
     "convergence",
     "currents",
     "damping_ratios",
+    "envelope",
+    "history",
     "limit_sensitivities",
     "machine",
     "mode_shape",
     "mode_shapes",
     "open_loop",
+    "orbits",
     "pareto",
     "real_part",
     "real_parts",
@@ -27,4 +31,5 @@ __all__ = [
     "sensitivity_over_speed",
     "style",
     "unbalance",
+    "waterfall",
 ]
