@@ -2,6 +2,7 @@
 
 from .base import save, style
 from .campbell_diagram import campbell
+from .comparison import campbells, corners, responses, sensitivities, whirls_compared
 from .damping import damping_ratios, real_part
 from .design import convergence, limit_sensitivities, pareto, real_parts
 from .loops import open_loop, sensitivity, sensitivity_over_speed
@@ -12,7 +13,9 @@ from .unbalance_response import currents, unbalance
 
 __all__ = [
     "campbell",
+    "campbells",
     "convergence",
+    "corners",
     "currents",
     "damping_ratios",
     "envelope",
@@ -26,10 +29,13 @@ __all__ = [
     "pareto",
     "real_part",
     "real_parts",
+    "responses",
     "save",
+    "sensitivities",
     "sensitivity",
     "sensitivity_over_speed",
     "style",
     "unbalance",
     "waterfall",
+    "whirls_compared",
 ]

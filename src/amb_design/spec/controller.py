@@ -277,6 +277,25 @@ class LQG(Chain, Regulator):
             )
 
 
+def ideal_law(law: Any) -> LQR:
+    """The regulator of an LQG alone, with the same weights.
+
+    Parameters
+    ----------
+    law : LQG
+
+    Raises
+    ------
+    SpecError
+        If it is no LQG.
+    """
+    if not isinstance(law, LQG):
+        raise SpecError(
+            "is no LQG whose regulator could stand alone", field="controller", remedy="name a machine with one"
+        )
+    return LQR(**{f.name: getattr(law, f.name) for f in fields(Regulator)})
+
+
 Controller = PID | StateSpace | StateFeedback | LQR | LQG
 
 

@@ -12,12 +12,12 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from ..analysis.places import interpolated
 from ..analysis.system import Array
 from ..errors import ModelError, SpecError
 from ..spec.files import dumps, loads
 from ..spec.machine import Machine
 from .equations import FLAGS, WORKS
-from .plant import interpolated
 from .state import State
 
 NO_SOURCE = {"where": "not stated"}
