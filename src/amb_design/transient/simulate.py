@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -10,20 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
-from ..spec.controller import Chain, Controller
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
+from ..spec.sampling import Sampling
 from .actuator import Actuator
 from .closed_form import ClosedForm
 from .collocation import Collocation
 from .equations import Equations
 from .evaluation import evaluated
 from .idas import Idas
-from .loads import Contact, Disturbance, Force, Sampling, Spin
+from .loads import Contact, Disturbance, Force, Spin
 from .plant import plant_of
 from .result import Transient
 from .run import Chunks, Progress, Run, travel
@@ -200,7 +200,9 @@ def _equations(
     sampling: Sampling | None,
     gravity: bool,
 ) -> Equations:
-    plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    if sampling is not None:  # the delay in the chains stands for it
+        machine = with_chains(machine, delay=0.0)
+    plant = plant_of(machine, modes, disturbances)
     if any(len(block.axes) > 1 for block in plant.blocks):
         raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
     laws = {block.axes[0]: block.law for block in plant.blocks}
@@ -222,21 +224,6 @@ def _stepper(e: Equations, schedule: Schedule, tolerance: float, integrator: str
     if linear and schedule.spin.constant and not e.sampled:
         return ClosedForm(e, schedule, schedule.spin.speeds[0])
     return INTEGRATORS[integrator](e, schedule, tolerance)
-
-
-def _without_delay(machine: Machine) -> Machine:
-    """The delay in the chains stands for sampling; here that is done in earnest."""
-
-    def prompt(law: Controller | None) -> Controller | None:
-        return dataclasses.replace(law, delay=0.0) if isinstance(law, Chain) else law
-
-    magnets = tuple(
-        dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))
-        for m in machine.magnets
-    )
-    return dataclasses.replace(
-        machine, magnets=magnets, controller=prompt(machine.controller), controller_z=prompt(machine.controller_z)
-    )
 
 
 def _state(e: Equations, name: str, speed: float) -> State:
