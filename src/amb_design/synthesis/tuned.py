@@ -51,7 +51,7 @@ class TunedLaw:
             raise ModelError(f"{nominal.name} has no LQG controller to tune")
         basis = basis_of(nominal, law.modes)
         self._name, self._scheduled = nominal.name, law.scheduled
-        self._plant = PlantFamily(p, machine, basis)
+        self._plant = PlantFamily(p, machine, basis, nominal.controller)
         speed = ca.SX(law.design_speed)
         self._speed = ca.Function("speed", [p], [speed, ca.jacobian(speed, p)])
         n, m = self._plant.shapes["B"]
