@@ -32,8 +32,8 @@ ROTOR = (
 )
 FREE = (*(f"controller.{name}" for name in (*WEIGHTS, *HARDWARE)), *ROTOR)
 
-STEPS = (0.01, 0.001)
-"""Of the differences, in terms of the number; the better one counts, for places along the shaft want small steps and gains large ones."""
+STEPS = (0.01, 0.03, 0.001)
+"""Of the differences, in terms of the number; the best counts, for places along the shaft want small steps and gains large ones."""
 
 DOUBLE_POLE = {"controller.notches": (ad.Notch(frequency=5200.0, damping=0.35),)}
 """A notch of width 1, whose poles share an eigenvector: then the observer has no basis of eigenvectors."""
