@@ -58,7 +58,7 @@ def test_problem_file_example_is_complete():
     problem = loads_problem(text)
     assert problem.seeks_speed
     assert len(problem.variables) == 6
-    assert len(problem.constraints) == 5
+    assert len(problem.constraints) == 6
     assert problem.with_values(problem.start()).operation.top_speed == pytest.approx(ad.rpm(15000))
     fixed = loads_problem(text, "fixed-layup")
     assert len(fixed.variables) == 5

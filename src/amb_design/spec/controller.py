@@ -62,6 +62,10 @@ class Chain(Spec):
     amplifier: Amplifier | None = part("current amplifier", default=None)
 
 
+HARDWARE = ("sensor_gain", "low_pass", "delay", "amplifier")
+"""Fields of a chain that belong to the machine and not to the law."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PID(Chain):
     """PID chain of an axis: i = -S LP Kt (Kp + Ki/s + Kd s + i (Kc + Omega Kc')) N D AMP y."""
@@ -162,6 +166,7 @@ class StateFeedback(Spec):
     rate: Any = matrix("magnets by twice the nodes [A s/m], [A s/rad]")
     position_cross: Any = matrix("imaginary part of position", default=())
     rate_cross: Any = matrix("imaginary part of rate", default=())
+    per_speed: StateFeedback | None = part("what a rad/s of spin speed adds to the gains", default=None)
 
     def check(self) -> None:
         shape = _shape(self.position)
@@ -173,6 +178,8 @@ class StateFeedback(Spec):
                     field=name,
                     remedy="give gains for the same nodes",
                 )
+        if self.per_speed is not None and _shape(self.per_speed.position) != shape:
+            raise SpecError("has gains for other nodes", field="per_speed", remedy="give gains for the same nodes")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,11 +199,23 @@ class Regulator(Spec):
         "m/s", "velocity of each mode (largest along the shaft) that weighs one", domain="positive", default=None
     )
     design_speed: Number = number("rad/s", "spin speed of the design", domain="nonnegative", default=0.0)
+    scheduled: bool = part("true if gains, and the observer, follow the spin speed", default=False)
 
     def check(self) -> None:
         if isinstance(self.modes, bool) or not isinstance(self.modes, int) or not 1 <= self.modes <= 64:
             raise SpecError(
                 "must be a whole number from 1 to 64", field="modes", got=self.modes, remedy="8 serve most rotors"
+            )
+        if not isinstance(self.scheduled, bool):
+            raise SpecError(
+                "must be true or false", field="scheduled", got=self.scheduled, remedy="write true or false"
+            )
+        if self.scheduled and is_number(self.design_speed) and self.design_speed == 0.0:
+            raise SpecError(
+                "must be above zero where gains follow the speed",
+                field="design_speed",
+                got=0.0,
+                remedy="give the upper end of the schedule, such as the service speed",
             )
 
 
@@ -217,7 +236,6 @@ class LQG(Chain, Regulator):
     """
 
     type: str = choice("kind of controller", ("lqg",), default="lqg", written=True)
-    scheduled: bool = part("true if gains and observer follow the spin speed", default=False)
     integral: OptionalNumber = number(
         "m s",
         "integral s of a sensed displacement that weighs one; no integral action if left out",
@@ -245,10 +263,6 @@ class LQG(Chain, Regulator):
 
     def check(self) -> None:
         super().check()
-        if not isinstance(self.scheduled, bool):
-            raise SpecError(
-                "must be true or false", field="scheduled", got=self.scheduled, remedy="write true or false"
-            )
         for name in ("low_pass", "amplifier"):
             if getattr(self, name) is None:
                 raise SpecError(
@@ -264,13 +278,6 @@ class LQG(Chain, Regulator):
                 "is zero, and so are modal_noise and current_noise",
                 field="force_noise",
                 remedy="give one of them: an observer of a rotor that nothing shakes has nothing to do",
-            )
-        if self.scheduled and is_number(self.design_speed) and self.design_speed == 0.0:
-            raise SpecError(
-                "must be above zero where gains follow the speed",
-                field="design_speed",
-                got=0.0,
-                remedy="give the upper end of the schedule, such as the service speed",
             )
 
 

@@ -598,6 +598,10 @@ def _measure(where: str, name: Any, table: Mapping[str, Any]) -> Measure:
             remedy = closest(key, list(known)) if known else f"{name} has no options"
             raise SpecError("is an unknown option", field=here, got=raw, remedy=remedy)
         options.append((key, _option(here, raw, known[key].unit, known[key].many)))
+    for key, option in known.items():
+        if option.default is None and key not in table:
+            remedy = f"give it in {option.unit}: the {option.doc}"
+            raise SpecError("is missing", field=f"{where}.{key}", remedy=remedy)
     return Measure(name, tuple(options))
 
 

@@ -90,7 +90,7 @@ def quantity_reference() -> str:
 
 def _option(name: str, option: Option) -> str:
     unit = "" if option.unit in ("", "name") else f" [{option.unit}]"
-    return f"option `{name}`{unit}: {option.doc}"
+    return f"{'required ' if option.default is None else ''}option `{name}`{unit}: {option.doc}"
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from ..errors import ModelError, SolveError
-from ..spec.controller import LQG, LQR, Chain, Matrices, StateSpace, needs_design
+from ..spec.controller import LQG, LQR, Chain, Matrices, Regulator, StateSpace, needs_design
 from ..spec.machine import Machine
 from .lqg import Law, law_of
 from .obstacle import WEIGHTS, obstacle
@@ -49,6 +49,31 @@ def synthesise(machine: Machine) -> Machine:
         return replace(machine, controller=state_feedback(machine))
     assert isinstance(law, LQG)
     return replace(machine, controller=_with_gains(law, lqg_law(machine)))
+
+
+def ideal(machine: Machine) -> Machine:
+    """A machine of an LQG under its regulator alone: the whole state known, currents without delay and noise.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an LQG controller.
+
+    Returns
+    -------
+    Machine
+        With an LQR of the same weights: what observer, integral action and hardware cost shows beside it.
+
+    Raises
+    ------
+    ModelError
+        If the controller is no LQG.
+    """
+    law = machine.controller
+    if not isinstance(law, LQG):
+        raise ModelError(f"{machine.name} has no LQG controller whose regulator could stand alone")
+    weights = {f.name: getattr(law, f.name) for f in fields(Regulator)}
+    return replace(machine, name=f"{machine.name}, ideal regulator", controller=LQR(**weights))
 
 
 def lqg_law(machine: Machine) -> Law:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
@@ -16,13 +18,15 @@ from .reduction import Array, Basis, basis_of, reduced
 from .riccati import Data, Solution, solve
 
 
-def regulator(machine: Machine) -> tuple[Data, Solution]:
+def regulator(machine: Machine, speed: float | None = None) -> tuple[Data, Solution]:
     """The regulator on the reduced rotor.
 
     Parameters
     ----------
     machine : Machine
         Isotropic, numbers only, with an LQR controller.
+    speed : float, optional
+        Spin speed [rad/s]; that of the design if left out.
 
     Returns
     -------
@@ -37,10 +41,11 @@ def regulator(machine: Machine) -> tuple[Data, Solution]:
     """
     law = machine.controller
     assert isinstance(law, LQR)
+    speed = float(law.design_speed) if speed is None else speed
     basis = basis_of(machine, law.modes)
     if not basis.complex_form:
         raise ModelError(f"{machine.name} is anisotropic; ideal state feedback is there for isotropic machines only")
-    rotor, k, speed = reduced(machine, basis), basis.size, float(law.design_speed)
+    rotor, k = reduced(machine, basis), basis.size
     scale = _scale(basis)
     A = np.zeros((2 * k, 2 * k), complex)
     A[:k, k:] = np.eye(k)
@@ -76,14 +81,28 @@ def state_feedback(machine: Machine) -> StateFeedback:
     """
     law = machine.controller
     assert isinstance(law, LQR)
-    _, solution = regulator(machine)
+    speed = float(law.design_speed)
+    there = _on_nodes(machine, law, speed)
+    if not law.scheduled:
+        return _feedback(there)
+    rest = _on_nodes(machine, law, 0.0)
+    return replace(_feedback(rest), per_speed=_feedback((there - rest) / speed))
+
+
+def _on_nodes(machine: Machine, law: LQR, speed: float) -> Array:
+    """Gains on the displacements and slopes of all nodes, and on their rates, shape (2, magnets, 2 nodes)."""
+    _, solution = regulator(machine, speed)
     basis = basis_of(machine, law.modes)
     plant = structure(machine.without_controllers(), basis.mesh)
     coordinates = np.zeros((basis.size, 2 * basis.mesh.nodes))
     coordinates[:, list(plant.free)] = basis.shapes.T @ _real(plant.M.re)
     # The regulator is told of currents that push, the machine's law has its minus sign outside.
     gains = solution.K / _scale(basis)
-    position, rate = gains[:, : basis.size] @ coordinates, gains[:, basis.size :] @ coordinates
+    return np.array([gains[:, : basis.size] @ coordinates, gains[:, basis.size :] @ coordinates])
+
+
+def _feedback(gains: Array) -> StateFeedback:
+    position, rate = gains
 
     def rows(x: Array) -> tuple[tuple[float, ...], ...]:
         return tuple(map(tuple, x.tolist()))

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.linalg as sla
 from scipy.sparse.csgraph import connected_components
 
+from ..analysis.places import interpolated
 from ..analysis.system import Array, dense, node_positions
 from ..errors import ModelError
 from ..model.loop import Axis, Block, Structure, structure
@@ -85,16 +86,6 @@ class Plant:
         """Load of a force or impulse, shape (n,)."""
         v, w = self.row(disturbance.position)
         return np.asarray(disturbance.y * v + disturbance.z * w)
-
-
-def interpolated(positions: Array, shapes: Array, position: float) -> Array:
-    """Quadratic interpolation inside the elements of values at the nodes, as the model has it."""
-    if not positions[0] <= position <= positions[-1] * (1.0 + 1e-12):
-        raise ModelError(f"x = {position:g} m is not on the shaft (0 to {positions[-1]:g} m)")
-    left = 2 * min(int(np.searchsorted(positions[2::2], position)), (len(positions) - 3) // 2)
-    t = (position - positions[left]) / (positions[left + 2] - positions[left])
-    psi = np.array([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
-    return np.asarray(np.tensordot(psi, shapes[left : left + 3], 1))
 
 
 def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbance, ...]) -> Plant:
