@@ -96,8 +96,8 @@ def matrices(law: TunedLaw) -> dict[str, np.ndarray]:
 
 
 def off(exact: np.ndarray, expected: np.ndarray, values: np.ndarray, number: float) -> float:
-    """Error of derivatives, relative to the largest, or to what moves the values by a hundred-thousandth."""
-    largest = max(np.abs(expected).max(), 1e-5 * np.abs(values).max() / number)
+    """Error of derivatives, relative to the largest, or to what moves the values by a thousandth."""
+    largest = max(np.abs(expected).max(), 1e-3 * np.abs(values).max() / number)
     return float(np.abs(exact - expected).max() / largest)
 
 
@@ -105,7 +105,7 @@ def off(exact: np.ndarray, expected: np.ndarray, values: np.ndarray, number: flo
 def test_law(name: str) -> None:
     """Entries of a, b and c of each part of the law, relative to the largest change in the same matrix.
 
-    Of matrices that a number moves by less than a hundred-thousandth of themselves (the integrals' gains by the low-pass, for one) the
+    Of matrices that a number moves by less than a thousandth of themselves (the integrals' gains by the low-pass, for one) the
     error is relative to that.
     """
     law, p = tuned(CASES[name])
