@@ -40,7 +40,7 @@ DOUBLE_POLE = {"controller.notches": (ad.Notch(frequency=5200.0, damping=0.35),)
 
 CASES = {
     "fixed": rotor(lqg()),
-    "scheduled": small(lqg(scheduled=True)),
+    "scheduled": small(lqg(scheduled=True, design_speed=1500.0)),
     "real form": uneven(lqg(scheduled=True), small),
     "double poles": ad.replace(small(lqg()), DOUBLE_POLE),
 }
