@@ -268,6 +268,10 @@ class LQG(Chain, Regulator):
                 raise SpecError(
                     "is missing", field=name, remedy="an observer has to know what stands between it and the rotor"
                 )
+        assert self.amplifier is not None
+        for name, gain in (("sensor_gain", self.sensor_gain), ("amplifier.gain", self.amplifier.gain)):
+            if _is_zero(gain):
+                raise SpecError("is zero, which cuts the loop", field=name, remedy="give a gain, 1 if it is unknown")
         noises = (self.force_noise, self.modal_noise, self.current_noise)
         if all(_is_zero(noise) for noise in noises):
             raise SpecError(
