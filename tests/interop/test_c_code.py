@@ -11,7 +11,6 @@ import casadi as ca
 import numpy as np
 import pytest
 import scipy.signal
-from checks import within_absolute
 
 import amb_design as ad
 from amb_design.errors import ModelError
@@ -19,6 +18,7 @@ from amb_design.interop.ccode import controller_code, function_code
 from amb_design.interop.control import controller_matrices
 from amb_design.interop.discrete import _before_amplifiers, discrete
 from amb_design.model.parametric import parametric
+from checks import within_absolute
 
 PERIOD = 5e-5
 
