@@ -22,18 +22,20 @@ from .closed_form import ClosedForm
 from .collocation import Collocation
 from .equations import Equations
 from .evaluation import evaluated
+from .history import Chunks
 from .idas import Idas
 from .loads import Contact, Disturbance, Force, Spin
 from .plant import plant_of
 from .result import Transient
-from .run import Chunks, Progress, Run, travel
+from .run import Progress, Run, travel
 from .sampled import Sampler
 from .schedule import Schedule
+from .split import Split
 from .start import continuous, initial
 from .state import State
 from .stepper import Stepper
 
-INTEGRATORS: dict[str, Callable[[Equations, Schedule, float], Stepper]] = {"collocation": Collocation, "idas": Idas}
+INTEGRATORS: dict[str, Callable[[Split, Schedule, float], Stepper]] = {"collocation": Collocation, "idas": Idas}
 
 COARSEST = 2e-4
 """Between outputs [s], at most: five for each period of 1 kHz."""
@@ -96,7 +98,8 @@ def simulate(
         How the motion is found, but for linear magnets at constant speed, where it is known in closed form: by collocation, in which
         all that is linear is exact, or by IDAS of SUNDIALS, for comparison.
     chunk : int, optional
-        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000.
+        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000,
+        or 5000 in closed form.
     path : path, optional
         Folder for finished chunks.
     resume : bool
@@ -133,11 +136,12 @@ def simulate(
     turned, first, _ = spin.at(origin)
     state = start if isinstance(start, State) else _state(equations, start, first)
     schedule = Schedule(spin, state.angle - turned, tuple(disturbances))
-    stepper = _stepper(equations, schedule, tolerance, integrator, linear)
+    split = Split(equations)
+    stepper = _stepper(split, schedule, tolerance, integrator, linear)
     sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
     _check_state(equations, state, sampler)
     times = origin + _outputs(duration, step, spin.fastest, sampling)
-    chunk = chunk or min(max(len(times) // 50, 50), 1000)
+    chunk = chunk or (5000 if isinstance(stepper, ClosedForm) else min(max(len(times) // 50, 50), 1000))
     options = (
         duration,
         spin,
@@ -160,9 +164,9 @@ def simulate(
         )
     except SolveError as error:
         if hasattr(error, "history"):
-            error.result = evaluated(equations, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
+            error.result = evaluated(split, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
         raise
-    return evaluated(equations, schedule, history, final, stopped)
+    return evaluated(split, schedule, history, final, stopped)
 
 
 def _check_numbers(machine: Machine, **positive: float) -> None:
@@ -218,12 +222,12 @@ def _equations(
     )
 
 
-def _stepper(e: Equations, schedule: Schedule, tolerance: float, integrator: str, linear: bool) -> Stepper:
+def _stepper(split: Split, schedule: Schedule, tolerance: float, integrator: str, linear: bool) -> Stepper:
     if integrator not in INTEGRATORS:
         raise ModelError(f"there is no integrator {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
-    if linear and schedule.spin.constant and not e.sampled:
-        return ClosedForm(e, schedule, schedule.spin.speeds[0])
-    return INTEGRATORS[integrator](e, schedule, tolerance)
+    if linear and schedule.spin.constant and not split.equations.sampled:
+        return ClosedForm(split, schedule, schedule.spin.speeds[0])
+    return INTEGRATORS[integrator](split, schedule, tolerance)
 
 
 def _state(e: Equations, name: str, speed: float) -> State:
