@@ -26,7 +26,6 @@ from .analysis.stability import Onset, StabilityLimit, stability_limit
 from .analysis.system import System, system
 from .analysis.unbalance import UnbalanceResponse, unbalance_response
 from .errors import AmbDesignError, ModelError, SolveError, SpecError
-from .model.loop import ClosedLoop, closed_loop, open_loop
 from .spec.bearing import Bearing, Pin
 from .spec.controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .spec.disk import Disk
@@ -38,7 +37,7 @@ from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
 from .spec.shaft import Ply, Segment, Shaft, layup
-from .synthesis.design import synthesise
+from .synthesis.design import ideal, synthesise
 from .units import rpm
 
 __version__ = "0.1.0"
@@ -51,7 +50,6 @@ __all__ = [
     "Amplifier",
     "Bearing",
     "Campbell",
-    "ClosedLoop",
     "CriticalSpeed",
     "DesignProblem",
     "Disk",
@@ -84,7 +82,6 @@ __all__ = [
     "UnbalanceResponse",
     "__version__",
     "campbell",
-    "closed_loop",
     "critical_speed_gradient",
     "critical_speeds",
     "dumps",
@@ -92,6 +89,7 @@ __all__ = [
     "equivalent_coefficients",
     "find",
     "findings",
+    "ideal",
     "layup",
     "load",
     "load_optimum",
@@ -101,7 +99,6 @@ __all__ = [
     "loads",
     "noise_current",
     "numbers",
-    "open_loop",
     "packaged",
     "replace",
     "rpm",
@@ -119,6 +116,7 @@ __all__ = [
 
 _LATE = {  # what only designs, proofs and simulations need loads with the first of them
     "BaseMotion": "transient.loads",
+    "ClosedLoop": "study.loop",
     "BaseShock": "spec.comparison",
     "Comparison": "spec.comparison",
     "Conditions": "spec.comparison",
@@ -135,6 +133,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "audit": "optimise.audit",
     "base_shock": "analysis.disturbance",
     "check_proof": "proof.claims",
+    "closed_loop": "study.loop",
     "compare": "comparison.compare",
     "crossing": "optimise.stable_speed",
     "force_step": "analysis.disturbance",
@@ -143,9 +142,11 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "load_transient": "transient.result",
     "margins": "analysis.margins",
     "minimise_abscissa": "optimise.abscissa",
+    "open_loop": "study.loop",
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
+    "resonance_limit": "study.quantities",
     "simulate": "transient.simulate",
     "solve": "optimise.solve",
 }
@@ -154,8 +155,8 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
 def __getattr__(name: str) -> Any:
     import importlib
 
-    if name == "plots":  # matplotlib loads only when something is drawn
-        return importlib.import_module(".plots", __name__)
+    if name in ("interop", "plots"):  # matplotlib and other packages load only when they are used
+        return importlib.import_module(f".{name}", __name__)
     if name in _LATE:
         return getattr(importlib.import_module(f".{_LATE[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -153,4 +153,21 @@ def in_words(value: float, unit: str, *, speed: bool = False) -> str:
     name, factor = unit_shown(unit)
     if unit == "m" and abs(value) < 0.02:
         factor, name = 1e-3, "mm"
-    return f"{value / factor:.4g} {name}".strip()
+    return f"{plain(value / factor)} {name}".strip()
+
+
+def plain(value: float, digits: int = 4) -> str:
+    """A number with a few significant digits, without an exponent below a million.
+
+    Parameters
+    ----------
+    value : float
+    digits : int
+        Significant digits; below a million all digits before the point are written.
+
+    Examples
+    --------
+    >>> plain(40000.0), plain(1.75e7), plain(0.123456)
+    ('40000', '1.75e+07', '0.1235')
+    """
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e6 else f"{value:.{digits}g}"

@@ -23,19 +23,21 @@ CHECKED_TO = 2.0 * math.pi * 2000.0
 """Peaks are sought up to this frequency [rad/s], or three times the speed if that is higher."""
 
 
-def zone(peak: float) -> str:
+def zone(peak: float, zones: tuple[tuple[str, float], ...] = ZONES) -> str:
     """Zone of ISO 14839-3 of a peak sensitivity.
 
     Parameters
     ----------
     peak : float
         Largest modulus of the sensitivity function.
+    zones : tuple of (str, float)
+        Zones of another quantity with their upper limits.
 
     Returns
     -------
     {"A", "B", "C", "D"}
     """
-    return next((name for name, limit in ZONES if peak < limit), "D")
+    return next((name for name, limit in zones if peak < limit), "D")
 
 
 @dataclass(frozen=True)

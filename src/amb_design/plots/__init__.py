@@ -8,6 +8,7 @@ from .design import convergence, limit_sensitivities, pareto, real_parts
 from .loops import open_loop, sensitivity, sensitivity_over_speed
 from .machine_drawing import machine
 from .shapes import mode_shape, mode_shapes
+from .transient import envelope, history, orbits, waterfall
 from .unbalance_response import currents, unbalance
 
 __all__ = [
@@ -17,11 +18,14 @@ __all__ = [
     "corners",
     "currents",
     "damping_ratios",
+    "envelope",
+    "history",
     "limit_sensitivities",
     "machine",
     "mode_shape",
     "mode_shapes",
     "open_loop",
+    "orbits",
     "pareto",
     "real_part",
     "real_parts",
@@ -32,5 +36,6 @@ __all__ = [
     "sensitivity_over_speed",
     "style",
     "unbalance",
+    "waterfall",
     "whirls_compared",
 ]

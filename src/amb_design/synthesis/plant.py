@@ -67,7 +67,7 @@ class PlantFamily:
         law = machine.controller
         assert isinstance(law, LQG)
         pairs = _assembled(machine, law, basis)
-        self.parameters = int(p.shape[0])
+        self.complex_form = basis.complex_form
         self.shapes = {name: pair.shape for name, pair in pairs.items()}
         both = [ca.SX(ca.densify(part)) for pair in pairs.values() for part in (pair.re, pair.im)]
         values = ca.vertcat(*[ca.vec(x) for x in both])
@@ -90,7 +90,7 @@ class PlantFamily:
             size = rows * columns
             parts = [flat[..., start + k * size : start + (k + 1) * size] for k in range(2)]
             re, im = (x.reshape(*x.shape[:-1], columns, rows).swapaxes(-1, -2) for x in parts)
-            matrix = re + 1j * im
+            matrix = re + 1j * im if self.complex_form else re
             out[name] = matrix[..., 0].real if name in ("R", "V") else matrix
             start += 2 * size
         return out

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..analysis.system import Array
 from ..errors import SpecError
 from ..spec.fields import Number, OptionalNumber, Spec, number
 
@@ -165,14 +166,19 @@ class Spin:
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Angle turned since the first entry [rad], speed and, from t on, its derivative."""
-        k = min(max(int(np.searchsorted(self.times, t, side="right")) - 1, 0), max(len(self.times) - 2, 0))
-        rate = 0.0
-        if len(self.times) > 1:
-            rate = (self.speeds[k + 1] - self.speeds[k]) / (self.times[k + 1] - self.times[k])
-        lengths, means = np.diff(self.times[: k + 1]), (np.array(self.speeds[1 : k + 1]) + self.speeds[:k]) / 2.0
-        tau = t - self.times[k]
-        turned = float(lengths @ means) + (self.speeds[k] + 0.5 * rate * tau) * tau
-        return turned, self.speeds[k] + rate * tau, rate
+        angles, speeds, rates = self.over(np.array([t]))
+        return float(angles[0]), float(speeds[0]), float(rates[0])
+
+    def over(self, times: Array) -> tuple[Array, Array, Array]:
+        """The same at many times."""
+        start, speed, rate = np.array(self.times), np.array(self.speeds), np.zeros(1)
+        turned = np.zeros(1)
+        if len(start) > 1:
+            rate = np.diff(speed) / np.diff(start)
+            turned = np.concatenate([[0.0], np.cumsum(np.diff(start) * (speed[1:] + speed[:-1]) / 2.0)])
+        k = np.clip(np.searchsorted(start, times, side="right") - 1, 0, len(rate) - 1)
+        tau = times - start[k]
+        return turned[k] + (speed[k] + 0.5 * rate[k] * tau) * tau, speed[k] + rate[k] * tau, rate[k]
 
 
 def ascending(values: Sequence[float], field: str) -> None:
