@@ -20,6 +20,7 @@ from .analysis.findings import Finding, findings
 from .analysis.gradient import critical_speed_gradient, eigenvalue_gradient, stability_gradient
 from .analysis.modes import Mode
 from .analysis.noise import noise_current
+from .analysis.sampled_limit import SampledLimit, SampledStability, sampled_stability, sampled_stability_limit
 from .analysis.sensitivity import Sensitivity, SensitivityOverSpeed, sensitivity, sensitivity_over_speed
 from .analysis.spectrum import spectrum
 from .analysis.stability import Onset, StabilityLimit, stability_limit
@@ -36,6 +37,7 @@ from .spec.material import Isotropic, Orthotropic
 from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
+from .spec.sampling import Sampling
 from .spec.shaft import Ply, Segment, Shaft, layup
 from .synthesis.design import ideal, synthesise
 from .units import rpm
@@ -69,6 +71,9 @@ __all__ = [
     "Pin",
     "Ply",
     "Rotor",
+    "SampledLimit",
+    "SampledStability",
+    "Sampling",
     "Segment",
     "Sensitivity",
     "SensitivityOverSpeed",
@@ -102,6 +107,8 @@ __all__ = [
     "packaged",
     "replace",
     "rpm",
+    "sampled_stability",
+    "sampled_stability_limit",
     "save",
     "sensitivity",
     "sensitivity_over_speed",
@@ -127,7 +134,6 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "ForceStep": "spec.comparison",
     "Impulse": "transient.loads",
     "Proof": "proof.claims",
-    "Sampling": "transient.loads",
     "Shaking": "transient.loads",
     "Transient": "transient.result",
     "audit": "optimise.audit",

@@ -205,7 +205,7 @@ def simulate(
     from . import console, console_simulate
     from .spec.files import load
     from .spec.problem_files import load_optimum
-    from .transient.loads import Sampling
+    from .spec.sampling import Sampling
     from .transient.report import document
     from .transient.result import load_transient
     from .transient.simulate import simulate as run

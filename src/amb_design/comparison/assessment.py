@@ -16,6 +16,7 @@ from ..analysis.disturbance import Response, base_shock, force_step
 from ..analysis.margins import Margins, margins
 from ..analysis.modes import OVERDAMPED, whirls
 from ..analysis.noise import noise_current
+from ..analysis.sampled_limit import sampled_stability_limit
 from ..analysis.sensitivity import CHECKED_TO, Sensitivity, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit
 from ..analysis.system import Array, System, dense
@@ -24,8 +25,10 @@ from ..errors import ModelError
 from ..model import strength
 from ..optimise.audit import with_pattern
 from ..spec.comparison import Conditions
+from ..spec.controller import LQR, StateFeedback
 from ..spec.machine import Machine
 from ..spec.parts import stations
+from ..spec.sampling import Sampling
 from .robustness import Corner, corners, stable_share
 
 SPEEDS = 33
@@ -129,6 +132,20 @@ class Assessment:
         """Raise an UnstableError if the design is not stable throughout the operating range."""
         if not self.runs:
             raise UnstableError(f"{self.name} is not stable throughout the operating range")
+
+    @property
+    def is_reference(self) -> bool:
+        """True for ideal state feedback, which nobody can build: it wins no line."""
+        return isinstance(self.machine.controller, LQR | StateFeedback)
+
+    def sampled_limit(self, period: float) -> float:
+        """Stability limit with a digital controller that acts one period after it has sampled [rad/s]: a sweep, no certificate."""
+        if self.is_reference:
+            raise ModelError("ideal state feedback is not sampled")
+        found = sampled_stability_limit(self.loop.machine, Sampling(period=period, delay=period), self.limit.top_speed)
+        if found.status not in (FOUND, NONE):
+            raise UnstableError(found.status)
+        return found.speed
 
     @cached_property
     def damping(self) -> Campbell:

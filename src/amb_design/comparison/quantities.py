@@ -83,6 +83,14 @@ def _peak_sensitivity(a: Assessment) -> float:
     return max(s.worst.value for s in a.sensitivities)
 
 
+def _sampled(period: float) -> Line:
+    """The stability limit of a digital controller that acts one period after it has sampled."""
+    key, label = f"sampled_{period * 1e6:.0f}us", f"stability limit, sampled every {period * 1e6:.0f} µs"
+    return Line(key, "stability", label, "rpm", HIGHER, lambda a: a.sampled_limit(period))
+
+
+_SAMPLED = tuple(_sampled(period) for period in (100e-6, 50e-6, 25e-6))
+
 LINES = (
     Line(
         "stability_limit",
@@ -93,6 +101,7 @@ LINES = (
         _stability_limit,
         lambda a: _remark(a.limit),
     ),
+    *_SAMPLED,
     Line("least_damping_ratio", "stability", "least damping ratio of the first modes", "%", HIGHER, _least_damping),
     Line(
         "worst_stability_limit",

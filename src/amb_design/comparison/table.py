@@ -228,7 +228,8 @@ def rows_of(
                 values[name], remarks[name] = None, NONE_THERE
                 reason = str(error).removeprefix(f"{a.machine.name} ")
                 reasons.setdefault((line.label, reason), []).append(name)
-        rows.append(Row(line, values, remarks, best(line, values)))
+        buildable = {name: v for name, v in values.items() if not designs[name].is_reference}
+        rows.append(Row(line, values, remarks, best(line, buildable)))
     merged: dict[tuple[str, ...], list[str]] = {}
     for (label, reason), names in reasons.items():
         merged.setdefault((reason, *names), []).append(label)

@@ -6,7 +6,7 @@ A comparison file is TOML data; nothing in it is executed. It has
 - ``[conditions]``: the fields of `Conditions`, with the tables ``force_step``, ``base_shock``, ``unbalance`` and ``tolerances``;
 - ``[designs.NAME]``: a ``machine`` (a file, a folder or the name of a packaged problem) with perhaps a ``variant``, or a
   ``problem``, whose stored optimum is taken; a ``controller`` in place of its own; ``changes``, numbers by path;
-  ``design_time``, CPU seconds;
+  ``ideal = true`` for the regulator of an LQG alone, the whole state known; ``design_time``, CPU seconds;
 - ``[variants.NAME]``: the same comparison with changes, as in machine files.
 
 Whatever is wrong with a file is reported as a SpecError of one sentence.
@@ -23,8 +23,10 @@ from typing import Any
 
 from ..errors import SpecError
 from .comparison import Comparison, Conditions
+from .controller import ideal_law
 from .files import FILE_NAME, PROBLEM_FILE, changed, controlled, load, locate
 from .machine import Machine
+from .paths import replace
 from .problem_files import load_optimum
 from .tables import as_table, by_path, closest, inside, quoted, si_number, spec_of, texts
 from .toml import Tables, read, text_of
@@ -32,7 +34,7 @@ from .toml import Tables, read, text_of
 COMPARISON_FILE = "comparison.toml"
 
 KEYS = ("format", "name", "question", "source", "conditions", "designs", "variants")
-DESIGN_KEYS = ("machine", "problem", "variant", "controller", "changes", "design_time")
+DESIGN_KEYS = ("machine", "problem", "variant", "controller", "changes", "ideal", "design_time")
 DESIGN_FILES = ("design.toml", "design.json")
 """What `amb-design optimise --out` writes: the machine, and beside it what the search cost."""
 
@@ -129,6 +131,10 @@ def _design(table: Tables, folder: str | os.PathLike[str]) -> tuple[Machine, flo
     if "controller" in table:
         machine = controlled(machine, table["controller"])
     machine = changed(machine, by_path(table, "changes"))
+    if not isinstance(table.get("ideal", False), bool):
+        raise SpecError("must be true or false", field="ideal", got=table["ideal"], remedy="write true or false")
+    if table.get("ideal"):
+        machine = replace(machine, {"controller": ideal_law(machine.controller)})
     spent = _si(table.get("design_time"), "s", "design_time")
     if spent is not None and not (isinstance(spent, float) and 0.0 <= spent < float("inf")):
         raise SpecError("must be a time", field="design_time", got=spent, remedy="give CPU seconds")

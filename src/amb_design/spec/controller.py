@@ -268,6 +268,10 @@ class LQG(Chain, Regulator):
                 raise SpecError(
                     "is missing", field=name, remedy="an observer has to know what stands between it and the rotor"
                 )
+        assert self.amplifier is not None
+        for name, gain in (("sensor_gain", self.sensor_gain), ("amplifier.gain", self.amplifier.gain)):
+            if _is_zero(gain):
+                raise SpecError("is zero, which cuts the loop", field=name, remedy="give a gain, 1 if it is unknown")
         noises = (self.force_noise, self.modal_noise, self.current_noise)
         if all(_is_zero(noise) for noise in noises):
             raise SpecError(
@@ -275,6 +279,25 @@ class LQG(Chain, Regulator):
                 field="force_noise",
                 remedy="give one of them: an observer of a rotor that nothing shakes has nothing to do",
             )
+
+
+def ideal_law(law: Any) -> LQR:
+    """The regulator of an LQG alone, with the same weights.
+
+    Parameters
+    ----------
+    law : LQG
+
+    Raises
+    ------
+    SpecError
+        If it is no LQG.
+    """
+    if not isinstance(law, LQG):
+        raise SpecError(
+            "is no LQG whose regulator could stand alone", field="controller", remedy="name a machine with one"
+        )
+    return LQR(**{f.name: getattr(law, f.name) for f in fields(Regulator)})
 
 
 Controller = PID | StateSpace | StateFeedback | LQR | LQG

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from ..errors import ModelError, SolveError
-from ..spec.controller import LQG, LQR, Chain, Matrices, Regulator, StateSpace, needs_design
+from ..spec.controller import LQG, LQR, Chain, Matrices, StateSpace, ideal_law, needs_design
 from ..spec.machine import Machine
 from .lqg import Law, law_of
 from .obstacle import WEIGHTS, obstacle
@@ -66,14 +66,10 @@ def ideal(machine: Machine) -> Machine:
 
     Raises
     ------
-    ModelError
+    SpecError
         If the controller is no LQG.
     """
-    law = machine.controller
-    if not isinstance(law, LQG):
-        raise ModelError(f"{machine.name} has no LQG controller whose regulator could stand alone")
-    weights = {f.name: getattr(law, f.name) for f in fields(Regulator)}
-    return replace(machine, name=f"{machine.name}, ideal regulator", controller=LQR(**weights))
+    return replace(machine, name=f"{machine.name}, ideal regulator", controller=ideal_law(machine.controller))
 
 
 def lqg_law(machine: Machine) -> Law:

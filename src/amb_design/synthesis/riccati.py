@@ -124,7 +124,10 @@ def derivatives(data: Data, changes: Data, solution: Solution) -> tuple[Array, A
     """
     X, K, weight = solution.X, solution.K, data.R[:, None]
     through = X @ (changes.A - changes.B @ K)  # X dA - X dB K, and its adjoint below
-    dX = _lyapunov(solution, changes.Q + through + _adjoint(through) + _adjoint(K) @ (changes.R[:, :, None] * K))
+    source = changes.Q + through + _adjoint(through) + _adjoint(K) @ (changes.R[:, :, None] * K)
+    dX = _lyapunov(solution, source)
+    half = dX @ (data.A - data.B @ K)
+    dX = dX + _lyapunov(solution, source + half + _adjoint(half))  # gains hang on digits that the first one loses
     dK = (_adjoint(changes.B) @ X + data.B.conj().T @ dX - changes.R[:, :, None] * K) / weight
     return dX, dK
 
@@ -134,8 +137,8 @@ def _lyapunov(solution: Solution, sources: Array) -> Array:
     T, U = solution.schur
     (trsyl,) = get_lapack_funcs(("trsyl",), (T,))
     found = np.zeros(sources.shape, complex)
-    for k, source in enumerate(-(U.conj().T @ sources @ U)):
-        y, scale, _ = trsyl(T, T, source, trana="C")
+    for k in np.flatnonzero(sources.any(axis=(1, 2))):
+        y, scale, _ = trsyl(T, T, -(U.conj().T @ sources[k] @ U), trana="C")
         found[k] = y / scale
     turned = U @ found @ U.conj().T
     return np.asarray(turned if np.iscomplexobj(solution.X) else turned.real)

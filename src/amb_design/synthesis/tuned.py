@@ -46,12 +46,12 @@ class TunedLaw:
     """
 
     def __init__(self, p: ca.SX, machine: Machine, nominal: Machine):
-        law = machine.controller
-        if not isinstance(law, LQG):
+        law, own = machine.controller, nominal.controller
+        if not (isinstance(law, LQG) and isinstance(own, LQG)):
             raise ModelError(f"{nominal.name} has no LQG controller to tune")
         basis = basis_of(nominal, law.modes)
         self._name, self._scheduled = nominal.name, law.scheduled
-        self._plant = PlantFamily(p, machine, basis)
+        self._plant = PlantFamily(p, machine, basis, own)
         speed = ca.SX(law.design_speed)
         self._speed = ca.Function("speed", [p], [speed, ca.jacobian(speed, p)])
         n, m = self._plant.shapes["B"]

@@ -8,8 +8,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from ..analysis.system import Array
-from .compiled import many
-from .equations import WORKS, Equations
+from .equations import FLAGS, WORKS
 from .scales import scales
 from .schedule import Piece, Schedule
 from .split import Split
@@ -23,17 +22,17 @@ class ClosedForm:
 
     Parameters
     ----------
-    equations : Equations
+    split : Split
         Of linear magnets with continuous controllers.
     schedule : Schedule
     speed : float
         [rad/s]
     """
 
-    def __init__(self, equations: Equations, schedule: Schedule, speed: float):
-        self.equations, self.speed, self.split = equations, speed, Split(equations)
+    def __init__(self, split: Split, schedule: Schedule, speed: float):
+        self.equations, self.speed, self.split = split.equations, speed, split
         self.schedule, (law, self._out) = schedule, schedule.generator(speed)
-        n = equations.size
+        n = self.equations.size
         self.matrix = np.zeros((n + len(law), n + len(law)))
         """Of state and w together (see `Schedule.generator`)."""
         self.matrix[:n, :n] = self.split.A0 + speed * self.split.A1
@@ -69,11 +68,17 @@ class ClosedForm:
         power, slope = self._powers(z)
         work = step / 2.0 * (power[1:] + power[:-1]) - step**2 / 12.0 * np.diff(slope, axis=0)
         states = z[1:, : self.equations.size]
-        (flags,) = many(
-            self.split.flags, states @ self.split.C.T, np.tile(held, (count, 1)), np.full((count, 1), self.speed)
-        )
-        self._booked.append((work, flags))
+        self._booked.append((work, self._beyond(states)))
         return states
+
+    def _beyond(self, states: Array) -> Array:
+        """Flags: of linear magnets only the clearance may be used up."""
+        e, flags = self.equations, np.zeros((len(states), len(self.equations.machine.magnets), len(FLAGS)))
+        places = (states[:, : e.plant.size] @ e.contact_places.T).reshape(len(states), -1, 2)
+        for i, magnet in enumerate(e.machine.magnets):
+            if magnet.clearance is not None:
+                flags[:, i, FLAGS.index("clearance")] = np.hypot(*places[:, i].T) > magnet.clearance
+        return flags.reshape(len(states), -1)
 
     def drain(self) -> tuple[Array, Array]:
         """See `Stepper`."""

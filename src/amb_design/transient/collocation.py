@@ -17,7 +17,6 @@ import numpy as np
 
 from ..analysis.system import Array
 from .compiled import Compiled
-from .equations import Equations
 from .ladder import Ladder
 from .ledger import Entry, Ledger, node_moments
 from .scales import scales
@@ -83,16 +82,17 @@ class Collocation:
 
     Parameters
     ----------
-    equations : Equations
+    split : Split
     schedule : Schedule
     tolerance : float
         For each step, of displacements of 10 um and relative.
     """
 
-    def __init__(self, equations: Equations, schedule: Schedule, tolerance: float):
-        self.schedule, self.tolerance, self.split = schedule, tolerance, Split(equations)
+    def __init__(self, split: Split, schedule: Schedule, tolerance: float):
+        equations = split.equations
+        self.schedule, self.tolerance, self.split = schedule, tolerance, split
         self.size, self.ledger, self._row = scales(equations), Ledger(self.split), 0
-        split, n = self.split, equations.plant.size
+        n = equations.plant.size
         self._varying = 0 if schedule.spin.constant else n
         free = np.eye(equations.size)[:, n : n + self._varying]  # any change of the rates
         self.B = np.hstack([split.B, free])

@@ -8,6 +8,9 @@ import numpy as np
 
 from ..analysis.system import Array
 
+BLOCK = 500
+"""Instants that are evaluated at once: larger maps take longer to set up than they save."""
+
 
 class Compiled:
     """A function that reads and writes arrays of its own.
@@ -57,10 +60,14 @@ def many(function: Any, *columns: Array) -> list[Array]:
     list of ndarray, shape (m, size of the output)
     """
     count = len(columns[0])
-    if not count:
-        return [np.zeros((0, function.size1_out(i))) for i in range(function.n_out())]
-    mapped = Compiled(function.map(count))
-    for place, values in zip(mapped.inputs, columns, strict=True):
-        place.reshape(-1, count)[:] = values.reshape(count, -1).T
-    mapped()
-    return [np.ascontiguousarray(found.reshape(-1, count).T) for found in mapped.outputs]
+    found = [np.empty((count, function.size1_out(i))) for i in range(function.n_out())]
+    sizes = [BLOCK] * (count // BLOCK) + [count % BLOCK] * (count % BLOCK > 0)
+    mapped = {size: Compiled(function.map(size)) for size in set(sizes)}
+    for k, size in enumerate(sizes):
+        here, block = mapped[size], slice(k * BLOCK, k * BLOCK + size)
+        for place, values in zip(here.inputs, columns, strict=True):
+            place.reshape(-1, size)[:] = values[block].reshape(size, -1).T
+        here()
+        for target, values in zip(found, here.outputs, strict=True):
+            target[block] = values.reshape(-1, size).T
+    return found

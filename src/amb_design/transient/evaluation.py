@@ -7,32 +7,37 @@ import numpy as np
 
 from ..analysis.system import Array
 from .compiled import many
-from .equations import FLAGS, WORKS, Equations
+from .equations import FLAGS, WORKS
+from .history import History
 from .result import Saturation, Transient
-from .run import History
 from .schedule import HEAD, Schedule
 from .split import Split
 from .state import State
 
 
-def evaluated(e: Equations, schedule: Schedule, history: History, final: State, stopped: str) -> Transient:
+def evaluated(split: Split, schedule: Schedule, history: History, final: State, stopped: str) -> Transient:
     """All results.
 
     Parameters
     ----------
-    e, schedule, history
+    split, schedule, history
     final : State
     stopped : str
         Why the run stopped early, if it did.
     """
+    e = split.equations
     p, n, times = e.plant, e.plant.size, history.times
     count, magnets = len(times), len(e.machine.magnets)
-    quantities = np.split(history.states @ e.quantities.T, np.cumsum([e.magnets.size1_in(k) for k in range(4)]), axis=1)
     angles, speeds, _ = schedule.spin.over(times)
-    pull, touch, _, current, change, _ = many(e.magnets, *quantities, history.held, speeds[:, None])
+    quantities = np.split(history.states @ e.quantities.T, np.cumsum([e.magnets.size1_in(k) for k in range(4)]), axis=1)
+    if e.sampled or not all(a.linear for a in e.actuators):
+        pull, touch, _, current, change, _ = many(e.magnets, *quantities, history.held, speeds[:, None])
+    else:
+        pull, current, change = (history.states @ law.T for law in (split.pull, split.current, split.change))
+        touch = np.zeros((count, 2 * magnets))
     ideal = [k for k, a in enumerate(e.actuators) if a.chain is not None and not a.chain.bandwidth]
     if any(e.actuators[k].magnet.has_geometry for k in ideal):
-        change[:, ideal] = _current_rates(e, schedule, history, quantities)[:, ideal]
+        change[:, ideal] = _current_rates(split, schedule, history, quantities)[:, ideal]
     voltages = np.zeros((count, magnets, 2, 2))
     for k, actuator in enumerate(e.actuators):
         voltages[:, k // 2, k % 2] = actuator.voltages(current[:, k], change[:, k], quantities[1][:, k])
@@ -59,9 +64,9 @@ def evaluated(e: Equations, schedule: Schedule, history: History, final: State, 
     )
 
 
-def _current_rates(e: Equations, schedule: Schedule, history: History, quantities: list[Array]) -> Array:
+def _current_rates(split: Split, schedule: Schedule, history: History, quantities: list[Array]) -> Array:
     """Rates of the currents of ideal amplifiers, from the motion."""
-    split, times, x = Split(e), history.times, history.states
+    e, times, x = split.equations, history.times, history.states
     numbers = np.zeros((len(times), HEAD + len(schedule.forces)))
     pieces = list(schedule.pieces(float(times[0]), float(times[-1]), e.plant)) if len(times) > 1 else []
     for piece in reversed(pieces):  # an instant between two belongs to the earlier one

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ..analysis.system import Array
-from .equations import WORKS, Equations
+from .equations import WORKS
 from .scales import scales
 from .schedule import Piece, Schedule
 from .split import Split
@@ -29,7 +29,7 @@ class Idas:
     The time inside is counted in output steps, so that one integrator serves steps of any length.
     """
 
-    equations: Equations
+    split: Split
     schedule: Schedule
     tolerance: float
     _integrators: dict[int, Any] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Idas:
 
     @cached_property
     def _dae(self) -> dict[str, Any]:
-        e, size, split = self.equations, self.scale, Split(self.equations)
+        e, size, split = self.split.equations, self.scale, self.split
         z, sigma = ca.MX.sym("z", e.size), ca.MX.sym("sigma")
         times = ca.MX.sym("times", 2)  # start and step
         numbers, held = ca.MX.sym("numbers", self.schedule.signals.size1_in(1)), ca.MX.sym("held", len(e.actuators))
@@ -56,7 +56,7 @@ class Idas:
     @cached_property
     def scale(self) -> Array:
         """Sizes of the states."""
-        return scales(self.equations)
+        return scales(self.split.equations)
 
     def _integrator(self, count: int) -> Any:
         if count not in self._integrators:
@@ -65,7 +65,7 @@ class Idas:
                 "abstol": self.tolerance,
                 "max_num_steps": 200_000,
                 "linear_solver": "lapacklu" if ca.has_linsol("lapacklu") else "qr",
-                "max_multistep_order": 5 if self.equations.plant.frequencies[-1] < RINGING else 2,
+                "max_multistep_order": 5 if self.split.equations.plant.frequencies[-1] < RINGING else 2,
                 "show_eval_warnings": False,
             }
             self._integrators[count] = ca.integrator("motion", "idas", self._dae, 0, list(range(1, count + 1)), options)

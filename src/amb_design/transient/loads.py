@@ -1,4 +1,4 @@
-"""What acts on the rotor from outside: forces, impulses, a moving base, backup bearings; and how a controller samples."""
+"""What acts on the rotor from outside: forces, impulses, a moving base, backup bearings."""
 
 from __future__ import annotations
 
@@ -102,18 +102,6 @@ class Contact(Spec):
     damping: Number = number("N s/m", "during contact", domain="nonnegative", default=2e3)
     friction: Number = number("", "coefficient of dry friction", domain="nonnegative", default=0.1)
     slip_speed: Number = number("m/s", "slip at which friction has 3/4 of its size", domain="positive", default=0.01)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sampling(Spec):
-    """A digital controller: everything before the amplifier works at discrete times.
-
-    Its filters and PID are discretised exactly for inputs that are held between samples (zero-order hold), and their
-    output is held. The chain's own `delay`, the continuous stand-in for this, is left out.
-    """
-
-    period: Number = number("s", "time between samples", domain="positive")
-    delay: Number = number("s", "from a sample to its effect", domain="nonnegative", default=0.0)
 
 
 @dataclass(frozen=True)

@@ -135,7 +135,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         K1=reduce(dense(whole.K1)),
         shapes=nodes @ shapes,
         positions=x,
-        inertia=shapes.T @ _inertia(machine, free),
+        inertia=shapes.T @ _inertia(whole, machine),
         unbalance=shapes.T @ _unbalance(whole, machine),
         actuators=actuators.T @ shapes,
         sensors=_columns(whole, "sensor").T @ shapes,
@@ -173,12 +173,14 @@ def _columns(whole: Structure, name: str) -> Array:
     return np.hstack([np.zeros((whole.size, 0)), *[ca.DM(getattr(a, name)).full() for a in whole.axes]])
 
 
-def _inertia(machine: Machine, free: list[int]) -> Array:
+def _inertia(whole: Structure, machine: Machine) -> Array:
     """Mass times a rigid translation in y and z; the mass that the pins hold counts, so it is assembled without them."""
-    hanging = structure(dataclasses.replace(machine, pins=()), plan(machine), complex_form=False)
+    hanging = whole
+    if machine.pins:
+        hanging = structure(dataclasses.replace(machine, pins=()), plan(machine), complex_form=False)
     rigid = np.zeros((hanging.size, 2))
     rigid[0::4, 0] = rigid[1::4, 1] = 1.0
-    return np.asarray((dense(hanging.M) @ rigid)[free])
+    return np.asarray((dense(hanging.M) @ rigid)[list(whole.free)])
 
 
 def _unbalance(whole: Structure, machine: Machine) -> Array:

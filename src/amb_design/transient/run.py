@@ -1,20 +1,15 @@
-"""The run through time: piece by piece, chunk by chunk, with what was finished kept on disk."""
+"""The run through time: piece by piece, chunk by chunk."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from ..analysis.system import Array
-from ..errors import ModelError, SolveError
+from ..errors import SolveError
 from .equations import FLAGS, WORKS, Equations
+from .history import Chunks, History, whole
 from .sampled import Sampler
 from .schedule import Piece, Schedule
 from .state import State
@@ -22,38 +17,6 @@ from .stepper import Stepper
 
 Progress = Callable[[float], None]
 """Called with the fraction of the run that is done."""
-
-
-@dataclass(frozen=True)
-class History:
-    """Raw results at the output times.
-
-    Attributes
-    ----------
-    times : ndarray, shape (m,)
-    states : ndarray, shape (m, size)
-    held : ndarray, shape (m, axes)
-        Commands of sampled controllers.
-    works : ndarray, shape (m, forces)
-        Since the start of the run.
-    shares : ndarray, shape (m, magnets * flags)
-        Of the time since the output before that each limit was met.
-    """
-
-    times: Array
-    states: Array
-    held: Array
-    works: Array
-    shares: Array
-
-    @classmethod
-    def joined(cls, parts: list[History]) -> History:
-        """One after the other."""
-        return cls(*(np.concatenate([getattr(part, k) for part in parts]) for k in vars(parts[0])))
-
-    def head(self, count: int) -> History:
-        """The first of it."""
-        return History(*(getattr(self, k)[:count] for k in vars(self)))
 
 
 class Run:
@@ -136,8 +99,8 @@ class Run:
         lengths = np.add.reduceat(steps, begins)
         return History(
             times,
-            np.vstack([t[0] for t in taken if t[3]]),
-            np.vstack([t[1] for t in taken if t[3]]),
+            whole([t[0] for t in taken if t[3]]),
+            whole([t[1] for t in taken if t[3]]),
             before + np.cumsum(works, axis=0)[ends],
             np.add.reduceat(shares * steps[:, None], begins, axis=0) / lengths[:, None],
         )
@@ -152,79 +115,40 @@ class Run:
 
     def _strides(self, piece: Piece, outputs: Array) -> Iterator[tuple[float, float, int, bool]]:
         """Start, step and number of equal steps, and whether their ends are outputs."""
+        if self.sampler is not None:
+            yield from self._events(self.sampler, piece, outputs)
+            return
+        edges, k = np.concatenate([[piece.start], outputs]), 0
+        while k < len(outputs):
+            step = float(edges[k + 1] - edges[k])
+            even = edges[k] + step * np.arange(1, len(edges) - k)
+            uneven = np.abs(edges[k + 1 :] - even) > 1e-9 * (abs(edges[k]) + step)
+            count = int(np.argmax(uneven)) if uneven.any() else len(uneven)
+            yield float(edges[k]), step, count, True
+            k += count
+        if edges[-1] < piece.stop:
+            yield float(edges[-1]), float(piece.stop - edges[-1]), 1, False
+
+    def _events(self, sampler: Sampler, piece: Piece, outputs: Array) -> Iterator[tuple[float, float, int, bool]]:
+        """The same with sampled controllers, from one event to the next."""
         stops = [(float(t), True) for t in outputs]
         if not stops or stops[-1][0] < piece.stop:
             stops.append((piece.stop, False))
         at, k = piece.start, 0
         while k < len(stops):
             stop, output = stops[k]
-            if self.sampler is not None:  # its commands may bring new events, so it acts first
-                self.sampler.act(at, self.x)
-                event = self.sampler.next_event(at)
-                if event < stop - 1e-9 * self.sampler.sampling.period:
-                    yield at, event - at, 1, False
-                    at = event
-                    continue
+            sampler.act(at, self.x)  # first, for its commands may bring new events
+            event = sampler.next_event(at)
+            if event < stop - 1e-9 * sampler.sampling.period:
+                yield at, event - at, 1, False
+                at = event
+            else:
                 yield at, stop - at, 1, output
                 at, k = stop, k + 1
-                continue
-            step, count = stop - at, 1
-            while k + count < len(stops) and stops[k + count][1] == output:
-                if abs(stops[k + count][0] - at - (count + 1) * step) > 1e-9 * (abs(at) + step):
-                    break
-                count += 1
-            yield at, step, count, output
-            at, k = stops[k + count - 1][0], k + count
 
 
 def _rows(sampler: Sampler) -> Array:
     return np.array(sampler.pending).reshape(-1, 1 + len(sampler.equations.actuators))
-
-
-class Chunks:
-    """Finished chunks in a folder, one file each, with the state at their end.
-
-    Parameters
-    ----------
-    folder : Path or None
-        Nothing is kept without one.
-    signature : str
-        Of everything that the run depends on.
-    """
-
-    def __init__(self, folder: Path | None, signature: str):
-        self.folder, self.signature = folder, hashlib.sha256(signature.encode()).hexdigest()
-
-    def begin(self, resume: bool) -> list[tuple[History, State]]:
-        """Chunks to go on from, in order; without `resume` the folder has to be empty."""
-        if self.folder is None:
-            return []
-        self.folder.mkdir(parents=True, exist_ok=True)
-        head, files = self.folder / "run.json", sorted(self.folder.glob("chunk-*.npz"))
-        if not resume and files:
-            raise ModelError(f"{self.folder} already holds chunks of a run; resume it, or name another folder")
-        if files and (not head.exists() or json.loads(head.read_text())["signature"] != self.signature):
-            raise ModelError(f"{self.folder} holds chunks of another run; resume with the same machine and options")
-        head.write_text(json.dumps({"signature": self.signature}))
-        return [self._read(f) for f in files]
-
-    def keep(self, number: int, history: History, state: State) -> None:
-        """Write a chunk; a file under its final name is complete."""
-        if self.folder is None:
-            return
-        part = self.folder / "unfinished.npz"
-        arrays: dict[str, Any] = vars(history) | state.arrays()
-        np.savez(part, **arrays)
-        part.replace(self.folder / f"chunk-{number:06d}.npz")
-
-    @staticmethod
-    def _read(file: Path) -> tuple[History, State]:
-        try:
-            with np.load(file) as found:
-                arrays = dict(found)
-            return History(*(arrays[k] for k in ("times", "states", "held", "works", "shares"))), State.of(arrays)
-        except (OSError, ValueError, KeyError, TypeError, BadZipFile):
-            raise ModelError(f"{file} is no finished chunk; remove it and those after it") from None
 
 
 def travel(

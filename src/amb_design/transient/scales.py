@@ -24,18 +24,16 @@ def scales(e: Equations) -> Array:
     quick = np.maximum(p.frequencies, TYPICAL)
     speed = place * TYPICAL * np.maximum(1.0, quick / FAST)
     sizes = [speed / quick, speed, np.ones(e.controllers)]
-    w = 1j * np.logspace(1.0, 4.0, 31)[:, None]
     for actuator, block in zip(e.actuators, e.blocks, strict=True):
         chain = actuator.chain
         if chain is None:
             continue
         front = 0 if e.sampled else chain.front
-        identity = np.eye(chain.front)
-        answer = [np.abs(np.linalg.solve(s * identity - chain.a, chain.b @ [1.0, s[0]])) for s in w]
-        command = max(
-            float(np.abs(chain.c @ a + chain.d @ [1.0, s[0]]).max()) for a, s in zip(answer, np.abs(w), strict=True)
-        )
+        s = 1j * np.logspace(1.0, 4.0, 31)[:, None, None]
+        seen = np.concatenate([np.ones_like(s), s], axis=1)
+        answer = np.abs(np.linalg.solve(s * np.eye(chain.front) - chain.a, chain.b @ seen))
+        command = np.abs(chain.c @ answer + chain.d @ np.abs(seen)).max()
         own = np.full(front + chain.back, SMALL * command)
-        own[:front] = SMALL * np.max(answer, axis=0)[:front]
+        own[:front] = SMALL * answer.max(axis=0)[:front, 0]
         sizes[2][block] = np.where(own > 0.0, own, 1.0)
     return np.concatenate(sizes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -10,30 +9,33 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
-from ..spec.controller import Chain, Controller
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
+from ..spec.sampling import Sampling
 from .actuator import Actuator
 from .closed_form import ClosedForm
 from .collocation import Collocation
 from .equations import Equations
 from .evaluation import evaluated
+from .history import Chunks
 from .idas import Idas
-from .loads import Contact, Disturbance, Force, Sampling, Spin
+from .loads import Contact, Disturbance, Force, Spin
 from .plant import plant_of
 from .result import Transient
-from .run import Chunks, Progress, Run, travel
+from .run import Progress, Run, travel
 from .sampled import Sampler
 from .schedule import Schedule
+from .split import Split
 from .start import continuous, initial
 from .state import State
 from .stepper import Stepper
 
-INTEGRATORS: dict[str, Callable[[Equations, Schedule, float], Stepper]] = {"collocation": Collocation, "idas": Idas}
+INTEGRATORS: dict[str, Callable[[Split, Schedule, float], Stepper]] = {"collocation": Collocation, "idas": Idas}
 
 COARSEST = 2e-4
 """Between outputs [s], at most: five for each period of 1 kHz."""
@@ -96,7 +98,8 @@ def simulate(
         How the motion is found, but for linear magnets at constant speed, where it is known in closed form: by collocation, in which
         all that is linear is exact, or by IDAS of SUNDIALS, for comparison.
     chunk : int, optional
-        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000.
+        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000,
+        or 5000 in closed form.
     path : path, optional
         Folder for finished chunks.
     resume : bool
@@ -133,11 +136,12 @@ def simulate(
     turned, first, _ = spin.at(origin)
     state = start if isinstance(start, State) else _state(equations, start, first)
     schedule = Schedule(spin, state.angle - turned, tuple(disturbances))
-    stepper = _stepper(equations, schedule, tolerance, integrator, linear)
+    split = Split(equations)
+    stepper = _stepper(split, schedule, tolerance, integrator, linear)
     sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
     _check_state(equations, state, sampler)
     times = origin + _outputs(duration, step, spin.fastest, sampling)
-    chunk = chunk or min(max(len(times) // 50, 50), 1000)
+    chunk = chunk or (5000 if isinstance(stepper, ClosedForm) else min(max(len(times) // 50, 50), 1000))
     options = (
         duration,
         spin,
@@ -160,9 +164,9 @@ def simulate(
         )
     except SolveError as error:
         if hasattr(error, "history"):
-            error.result = evaluated(equations, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
+            error.result = evaluated(split, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
         raise
-    return evaluated(equations, schedule, history, final, stopped)
+    return evaluated(split, schedule, history, final, stopped)
 
 
 def _check_numbers(machine: Machine, **positive: float) -> None:
@@ -200,7 +204,9 @@ def _equations(
     sampling: Sampling | None,
     gravity: bool,
 ) -> Equations:
-    plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    if sampling is not None:  # the delay in the chains stands for it
+        machine = with_chains(machine, delay=0.0)
+    plant = plant_of(machine, modes, disturbances)
     if any(len(block.axes) > 1 for block in plant.blocks):
         raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
     laws = {block.axes[0]: block.law for block in plant.blocks}
@@ -216,27 +222,12 @@ def _equations(
     )
 
 
-def _stepper(e: Equations, schedule: Schedule, tolerance: float, integrator: str, linear: bool) -> Stepper:
+def _stepper(split: Split, schedule: Schedule, tolerance: float, integrator: str, linear: bool) -> Stepper:
     if integrator not in INTEGRATORS:
         raise ModelError(f"there is no integrator {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
-    if linear and schedule.spin.constant and not e.sampled:
-        return ClosedForm(e, schedule, schedule.spin.speeds[0])
-    return INTEGRATORS[integrator](e, schedule, tolerance)
-
-
-def _without_delay(machine: Machine) -> Machine:
-    """The delay in the chains stands for sampling; here that is done in earnest."""
-
-    def prompt(law: Controller | None) -> Controller | None:
-        return dataclasses.replace(law, delay=0.0) if isinstance(law, Chain) else law
-
-    magnets = tuple(
-        dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))
-        for m in machine.magnets
-    )
-    return dataclasses.replace(
-        machine, magnets=magnets, controller=prompt(machine.controller), controller_z=prompt(machine.controller_z)
-    )
+    if linear and schedule.spin.constant and not split.equations.sampled:
+        return ClosedForm(split, schedule, schedule.spin.speeds[0])
+    return INTEGRATORS[integrator](split, schedule, tolerance)
 
 
 def _state(e: Equations, name: str, speed: float) -> State:

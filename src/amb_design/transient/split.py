@@ -28,8 +28,8 @@ class Split:
         Columns of the remainder, then those of the signals.
     C : ndarray, shape (quantities, size)
         From the state to the quantities that remainder and flags need.
-    pull : ndarray, shape (axes, size)
-        Linear part of the magnets' forces along their axes.
+    pull, current, change : ndarray, shape (axes, size)
+        Linear parts of the magnets' forces along their axes, of their currents, and of the rates of these that amplifiers know.
     remainder, flags : casadi.Function
         Of quantities, held commands and speed.
     count : int
@@ -43,16 +43,21 @@ class Split:
         n, axes = e.plant.size, len(e.actuators)
         *quantities, held, speed = (ca.SX.sym(f"i{k}", e.magnets.size1_in(k)) for k in range(e.magnets.n_in()))
         state = ca.vertcat(*quantities)
-        force, touch, rates, _, _, flags = e.magnets(*quantities, held, speed)
+        force, touch, rates, current, change, flags = e.magnets(*quantities, held, speed)
         answers, given = ca.vertcat(force, touch, rates), ca.vertcat(held, speed)
-        slope = ca.substitute(ca.jacobian(answers, state), given, ca.DM.zeros(given.shape[0]))
+        slope = ca.substitute(
+            ca.jacobian(ca.vertcat(answers, current, change), state), given, ca.DM.zeros(given.shape[0])
+        )
         law = np.array(ca.Function("law", [state], [slope])(np.zeros(state.shape[0])).full())
+        self.pull, self.current, self.change = (
+            law[rows] @ e.quantities for rows in (slice(axes), slice(-2 * axes, -axes), slice(len(law) - axes, None))
+        )
+        law = law[: answers.shape[0]]
         reach = np.zeros((e.size, answers.shape[0]))
         reach[n : 2 * n, :axes] = e.plant.actuators.T
         reach[n : 2 * n, axes : axes + touch.shape[0]] = e.contact_places.T
         reach[2 * n :, axes + touch.shape[0] :] = np.eye(e.controllers)
         self._linear(reach @ law @ e.quantities)
-        self.pull = law[:axes] @ e.quantities
 
         depends: Callable[..., Array] = lambda *what: np.array(ca.which_depends(*what), bool)  # noqa: E731
         bent = depends(answers, ca.vertcat(state, held), 2, True) | depends(answers, held, 1, True)
