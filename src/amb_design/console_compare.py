@@ -39,6 +39,8 @@ def comparison(d: dict[str, Any], out: Path | None) -> None:
         Where it was written.
     """
     console = terminal()
+    if not console.is_terminal:  # as wide as it takes
+        console = Console(highlight=False, width=max(console.width, 48 + 28 * len(d["designs"])))
     console.print(f"[bold]{escape(d['name'])}[/]" + (f": {escape(d['question'])}" if d["question"] else ""))
     console.print(_table(d))
     if any(design["modes"] for design in d["designs"].values()):

@@ -80,14 +80,15 @@ def test_the_table_says_what_the_analyses_say(table, machines) -> None:
 def test_the_better_entry_is_marked(table) -> None:
     rows = {row.line.key: row for row in table.rows}
     for key, row in rows.items():
-        values = {n: v for n, v in row.values.items() if v is not None and n != "known"}
-        assert "known" not in row.best  # nobody can build it
+        values = {n: v for n, v in row.values.items() if v is not None and n != "known"}  # ideal feedback wins no line
+        assert "known" not in row.best
         for name in row.best:
             for other in values.values():
                 assert not (other > values[name] if row.line.better == "higher" else other < values[name]) or shown(
                     other, row.line.unit
                 ) == shown(values[name], row.line.unit), key
     assert rows["force_peak"].best == ("stiff",)
+    assert rows["force_peak"].values["known"] < rows["force_peak"].values["stiff"]
     assert not rows["bias_current"].best
     text = str(table)
     assert "* " in text.replace("*\n", "* \n")

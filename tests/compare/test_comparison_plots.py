@@ -17,6 +17,7 @@ import amb_design as ad
 from amb_design import plots
 from amb_design.comparison.table import shown
 from compare.loops import levitated, pid
+from transient.rotors import passive
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +85,7 @@ def test_a_creeping_response_is_drawn_while_it_rings(table) -> None:
     """A slow integral settles after minutes; the drawing shows the whirl."""
     slow = ad.force_step(levitated(controller=pid(ki=50.0)), "disk 1", 10.0)
     assert slow.settling_time > 20.0 * slow.ringing_time
-    upper, _ = plots.responses({"slow": slow})
+    upper = plots.responses({"slow": slow})[0]
     assert 1e3 * slow.ringing_time < upper.get_xlim()[1] < 1e3 * 0.25 * slow.settling_time
 
 
@@ -104,3 +105,11 @@ def test_the_dot_at_a_limit_has_the_colour_of_its_curve(table) -> None:
     dots = [line for line in ax.lines if line.get_marker() == "o"]
     found = {line.get_color() for line in curves(ax)}
     assert all(dot.get_color() in found for dot in dots)
+
+
+def test_machines_without_magnets_have_no_panel_of_currents() -> None:
+    table = ad.compare({"a": passive()}, speed=200.0, samples=0, tolerances={})
+    (ax,) = plots.whirls_compared({"a": table.designs["a"].whirl})
+    assert ax.get_xlabel() == "spin speed [rpm]"
+    (ax,) = plots.responses({"a": table.designs["a"].force_steps[0]})
+    assert len(curves(ax)) == 1

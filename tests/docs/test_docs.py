@@ -9,8 +9,9 @@ import matplotlib as mpl
 import pytest
 
 import amb_design as ad
+from amb_design.spec.comparison_files import COMPARISON_FILE
 from amb_design.spec.problem_files import loads_problem
-from amb_design.spec.reference import field_reference, quantity_reference
+from amb_design.spec.reference import condition_reference, field_reference, quantity_reference
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -68,6 +69,21 @@ def test_problem_file_example_is_complete():
 
 def test_quantity_reference_is_up_to_date():
     assert PROBLEMS.endswith(quantity_reference())
+
+
+def test_comparison_page(tmp_path, capsys):
+    text = (ROOT / "docs" / "comparison.md").read_text(encoding="utf-8")
+    assert text.endswith(condition_reference())
+    (file,) = blocks(text, "toml")
+    (tmp_path / COMPARISON_FILE).write_text(file)
+    found = ad.load_comparison(tmp_path)
+    assert list(found.designs) == ["by hand", "optimised", "soft"]
+    assert found.seconds == {"soft": 90.0}
+    for machine in found.designs.values():
+        found.conditions.fit(machine)
+    (code,) = blocks(text, "python")
+    exec(compile(code, "comparison.md", "exec"), {})
+    assert "stability limit speed, certified" in capsys.readouterr().out
 
 
 def test_proof_example_runs(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ from ..analysis.campbell import Campbell, campbell
 from ..analysis.critical import critical_speeds
 from ..analysis.disturbance import Response, base_shock, force_step
 from ..analysis.margins import Margins, margins
-from ..analysis.modes import OVERDAMPED
+from ..analysis.modes import OVERDAMPED, whirls
 from ..analysis.noise import noise_current
 from ..analysis.sampled_limit import sampled_stability_limit
 from ..analysis.sensitivity import CHECKED_TO, Sensitivity, sensitivity
@@ -162,7 +162,7 @@ class Assessment:
             k = int(np.argmin(d.damping_ratios[:, j]))
             out.append(
                 {
-                    "frequency": float(d.frequencies[0, j]),
+                    "frequency": float(d.frequencies[0, j]) if whirls(d.eigenvalues[0, j]) else 0.0,
                     "whirl": d.whirl[j],
                     "kind": d.kind[j],
                     "damping_ratio": float(d.damping_ratios[k, j]),

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..analysis.sensitivity import zone
-from ..analysis.stability import FOUND, NONE
+from ..analysis.stability import FOUND, NONE, StabilityLimit
 from .assessment import Assessment, UnstableError
 
 HIGHER, LOWER, NEITHER = "higher", "lower", ""
@@ -51,10 +51,10 @@ def _stability_limit(a: Assessment) -> float:
     return a.limit.speed
 
 
-def _stability_remark(a: Assessment) -> str:
-    if a.limit.status == NONE:
+def _remark(limit: StabilityLimit) -> str:
+    if limit.status == NONE:
         return "and beyond"
-    return "" if a.limit.certified else "not certified"
+    return "" if limit.certified else "not certified"
 
 
 def _least_damping(a: Assessment) -> float:
@@ -66,9 +66,8 @@ def _worst_limit(a: Assessment) -> float:
     return min(c.stable_up_to for c in a.corners)
 
 
-def _worst_corner(a: Assessment) -> str:
-    worst = min(a.corners, key=lambda c: c.stable_up_to)
-    return worst.describe() if worst.limit.certified else "not certified"
+def _worst_remark(a: Assessment) -> str:
+    return _remark(min(a.corners, key=lambda c: c.stable_up_to).limit)
 
 
 def _smallest(name: str) -> Callable[[Assessment], float]:
@@ -100,7 +99,7 @@ LINES = (
         "rpm",
         HIGHER,
         _stability_limit,
-        _stability_remark,
+        lambda a: _remark(a.limit),
     ),
     *_SAMPLED,
     Line("least_damping_ratio", "stability", "least damping ratio of the first modes", "%", HIGHER, _least_damping),
@@ -111,6 +110,7 @@ LINES = (
         "rpm",
         HIGHER,
         _worst_limit,
+        _worst_remark,
     ),
     Line("stable_share", "robustness", "random machines that are stable", "%", HIGHER, lambda a: a.stable_share),
     Line(

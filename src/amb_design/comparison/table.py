@@ -288,7 +288,7 @@ def shown(value: float, unit: str) -> str:
 
 def digits(value: float) -> str:
     """A number with three significant digits, and as many as it has before its point."""
-    if not 1e-4 <= abs(value) < 1e6:
+    if not 1e-4 <= abs(value) < 1e6:  # zero among them
         return f"{value:.3g}"
     whole = math.floor(math.log10(abs(float(f"{value:.2e}"))))
     return f"{value:.{max(2 - whole, 0)}f}"

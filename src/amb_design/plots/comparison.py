@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..analysis.campbell import Campbell
@@ -102,7 +103,7 @@ def sensitivities(results: Sequence[Mapping[str, Sensitivity]]) -> tuple[Axes, .
     return tuple(panels)
 
 
-def whirls_compared(designs: Mapping[str, Whirl]) -> tuple[Axes, Axes]:
+def whirls_compared(designs: Mapping[str, Whirl]) -> tuple[Axes, ...]:
     """Draw the largest orbit radius and control current under the residual unbalances over the speed.
 
     Parameters
@@ -112,30 +113,40 @@ def whirls_compared(designs: Mapping[str, Whirl]) -> tuple[Axes, Axes]:
     Returns
     -------
     tuple of Axes
-        Radius of magnets and disks in micrometres, current in ampere; the largest over all patterns, speeds in rpm.
+        Radius of magnets and disks in micrometres, and current in ampere if there is any; the largest over all patterns, speeds
+        in rpm.
     """
-    with page(height=4.4) as figure:
-        upper, lower = figure.subplots(2, 1, sharex=True)
+    driven = any(whirl.largest_current for whirl in designs.values())
+    with page(height=4.4 if driven else 2.6) as figure:
+        panels = _panels(figure, "largest orbit radius [µm]", driven)
         for k, (name, whirl) in enumerate(designs.items()):
             first = next(iter(whirl.responses.values()))
             radius = np.max([whirl.radii(r) for r in whirl.responses.values()], axis=0)
             current = np.max([whirl.currents(r) for r in whirl.responses.values()], axis=0)
             colour, speeds = COLOURS[k % len(COLOURS)], first.speeds / RPM
-            upper.plot(speeds, 1e6 * radius, color=colour, label=name, gid="curve")
-            lower.plot(speeds, np.where(current > 0.0, current, np.nan), color=colour, gid="curve")
-            upper.set_xlim(0.0, float(speeds[-1]))
-        upper.set_ylabel("largest orbit radius [µm]")
-        lower.set_ylabel("largest control current [A]")
-        lower.set_xlabel("spin speed [rpm]")
-        for ax in (upper, lower):
-            largest = max((float(np.nanmax(line.get_ydata())) for line in ax.lines), default=1.0)
+            panels[0].plot(speeds, 1e6 * radius, color=colour, label=name, gid="curve")
+            if current.any():
+                panels[-1].plot(speeds, current, color=colour, gid="curve")
+            panels[0].set_xlim(0.0, float(speeds[-1]))
+        panels[-1].set_xlabel("spin speed [rpm]")
+        for ax in panels:
+            largest = max(float(np.max(line.get_ydata())) for line in ax.lines)
             ax.set_yscale("log")
             ax.set_ylim(1e-4 * largest, 3.0 * largest)  # what is smaller does not matter
-        legend_above(upper)
-    return upper, lower
+        legend_above(panels[0])
+    return panels
 
 
-def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Axes, Axes]:
+def _panels(figure: Figure, ordinate: str, driven: bool) -> tuple[Axes, ...]:
+    """Axes for displacements, and for currents below them if there are any."""
+    panels = tuple(figure.subplots(1 + driven, 1, sharex=True, squeeze=False)[:, 0])
+    if driven:
+        panels[1].set_ylabel("largest control current [A]" if "largest" in ordinate else "control current [A]")
+    panels[0].set_ylabel(ordinate)
+    return panels
+
+
+def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Axes, ...]:
     """Draw displacement and control current after a disturbance, one curve a design.
 
     Parameters
@@ -148,32 +159,32 @@ def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Ax
     -------
     tuple of Axes
         Displacement in micrometres of the place that moves most in any design; current in ampere of the axis of each
-        design that carries most. Times in milliseconds, until whirling has died away or has become a band.
+        design that carries most, if there is any. Times in milliseconds, until whirling has died away or has become a band.
     """
     largest = max(found.values(), key=lambda r: r.peak)
     place = largest.peak_place
     end = max(_window(r) for r in found.values())
     times = np.linspace(0.0, end, POINTS)
     along = np.array([math.cos(direction), math.sin(direction)])
-    with page(height=4.4) as figure:
-        upper, lower = figure.subplots(2, 1, sharex=True)
+    driven = any(r.peak_current for r in found.values())
+    with page(height=4.4 if driven else 2.8) as figure:
+        panels = _panels(figure, f"{place} [µm]", driven)
         for k, (name, r) in enumerate(found.items()):
             colour = COLOURS[k % len(COLOURS)]
             moved = r.displacements(times)[:, r.watched.places.index(place)] @ along
-            label = f"{name}: peak {shown(r.peak, 'm')}, settled after {shown(r.settling_time, 's')}"
-            upper.plot(1e3 * times, 1e6 * moved, color=colour, label=label, linewidth=1.2, gid="curve")
-            driven = r.axis_currents(times)
-            if driven.size:
-                most = int(np.abs(driven).max(axis=0).argmax())
-                lower.plot(1e3 * times, driven[:, most], color=colour, linewidth=1.2, gid="curve")
-        upper.set_ylabel(f"{place} [µm]")
-        lower.set_ylabel("control current [A]")
-        lower.set_xlabel(f"time [ms], at {largest.speed / RPM:.0f} rpm")
-        lower.set_xlim(0.0, 1e3 * end)
-        for ax in (upper, lower):
+            where = "" if r.peak_place == place else f" at {r.peak_place}"
+            label = f"{name}: peak {shown(r.peak, 'm')}{where}, settled after {shown(r.settling_time, 's')}"
+            panels[0].plot(1e3 * times, 1e6 * moved, color=colour, label=label, linewidth=1.2, gid="curve")
+            if r.peak_current:
+                currents = r.axis_currents(times)
+                most = int(np.abs(currents).max(axis=0).argmax())
+                panels[1].plot(1e3 * times, currents[:, most], color=colour, linewidth=1.2, gid="curve")
+        panels[-1].set_xlabel(f"time [ms], at {largest.speed / RPM:.0f} rpm")
+        panels[-1].set_xlim(0.0, 1e3 * end)
+        for ax in panels:
             ax.axhline(0.0, color=INK, linewidth=0.6, zorder=1.0)
-        legend_above(upper)
-    return upper, lower
+        legend_above(panels[0])
+    return panels
 
 
 def _window(r: Response) -> float:
