@@ -126,8 +126,8 @@ def test_number_of_states() -> None:
     assert len(realise([CHAINS["everything"]]).states) == 2 + 1 + 1 + 4 + 2 + 2
 
 
-def real_loop(machine: ad.Machine, speed: float) -> tuple[control.StateSpace, control.StateSpace, int]:
-    """Plant from control currents to sensor displacements, controllers, number of axes: state-space models."""
+def real_plant(machine: ad.Machine, speed: float) -> control.StateSpace:
+    """From control currents to displacements at the sensors of all axes."""
     plant = ad.system(machine, complex_form=False).plant
     m, c0, c1, k0, k1 = (dense(x) for x in (plant.M, plant.C0, plant.C1, plant.K0, plant.K1))
     n, count = plant.size, len(plant.axes)
@@ -137,14 +137,18 @@ def real_loop(machine: ad.Machine, speed: float) -> tuple[control.StateSpace, co
     sense = np.hstack([ca.DM(x.sensor).full() for x in plant.axes])
     b = np.vstack([np.zeros((n, count)), inverse @ push])
     c = np.hstack([sense.T, np.zeros((count, n))])
+    return control.ss(a, b, c, np.zeros((count, count)))
+
+
+def real_loop(machine: ad.Machine, speed: float) -> tuple[control.StateSpace, control.StateSpace, int]:
+    """Plant from control currents to sensor displacements, controllers, number of axes: state-space models."""
     controllers = []
-    for i, magnet in enumerate(machine.magnets):
+    for magnet in machine.magnets:
         first, second = machine.controllers_of(magnet)
         assert first is not None
         assert second is not None
         controllers += [state_space(first), state_space(second)]
-        assert plant.axes[2 * i].magnet == i
-    return control.ss(a, b, c, np.zeros((count, count))), control.append(*controllers), count
+    return real_plant(machine, speed), control.append(*controllers), len(controllers)
 
 
 @pytest.mark.parametrize("speed", [0.0, 700.0])

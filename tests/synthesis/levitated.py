@@ -81,7 +81,9 @@ def small(controller: Any = None) -> ad.Machine:
     return ad.replace(
         machine,
         {
-            "rotor": ad.Rotor(shaft=shaft, disks=(ad.replace(machine.rotor.disks[1], {"position": 0.24}),)),
+            "rotor": ad.Rotor(
+                shaft=shaft, disks=(ad.replace(machine.rotor.disks[1], {"position": 0.24, "unbalance": 3e-6}),)
+            ),
             "magnets": (left, ad.replace(right, {"sensor": ""})),
             "sensors": (ad.Sensor(name="left", position=0.08),),
         },
@@ -101,6 +103,45 @@ def uneven(controller: Any = None, base: Callable[..., ad.Machine] = rotor) -> a
             "magnets[1].axes_angle": 0.2,
         },
     )
+
+
+def pid(**changes: Any) -> ad.PID:
+    """Behind the same hardware; stable on `small`."""
+    return ad.PID(**{"kp": 1.1, "ki": 3.0, "kd": 2.2e-3, **HARDWARE, **changes})
+
+
+def filtered(ports: int) -> ad.Matrices:
+    """A gain and a filtered derivative for each port."""
+    eye = np.eye(ports)
+    return ad.Matrices(a=-2e4 * eye, b=2e4 * eye, c=-40.0 * eye, d=41.1 * eye)
+
+
+def mixed(ports: int, size: float, seed: int) -> ad.Matrices:
+    """Something everywhere, a part of `filtered`."""
+    rng, base = np.random.default_rng(seed), filtered(ports)
+    parts = {name: size * np.abs(getattr(base, name)[0][0]) * rng.normal(size=(ports, ports)) for name in "abcd"}
+    return ad.Matrices(**parts)
+
+
+def laws() -> dict[str, Any]:
+    """Every type of law, with and without what couples axes or follows the speed; all are stable on `small` at rest."""
+    one, two, four = (filtered(ports) for ports in (1, 2, 4))
+    rates = {"law_rate": mixed(2, 1e-6, 1), "cross_rate": mixed(2, 1e-6, 2)}
+    return {
+        "PID": pid(),
+        "PID with cross gain": pid(kc=0.03),
+        "PID with cross gain that follows the speed": pid(kc=0.02, kc_rate=-1e-4),
+        "state space, one input": ad.StateSpace(law=one, **HARDWARE),
+        "one input, rates": ad.StateSpace(law=one, law_rate=mixed(1, 1e-6, 3), **HARDWARE),
+        "state space, an input a magnet": ad.StateSpace(law=two, **HARDWARE),
+        "cross": ad.StateSpace(law=two, cross=mixed(2, 1e-3, 4), **HARDWARE),
+        "cross and rates": ad.StateSpace(law=two, cross=mixed(2, 1e-3, 5), **rates, **HARDWARE),
+        "two inputs a magnet": ad.StateSpace(law=four, law_rate=mixed(4, 1e-6, 6), **HARDWARE),
+        "LQG": lqg(),
+        "LQG, scheduled": lqg(scheduled=True),
+        "LQR": lqr(),
+        "LQR, scheduled": lqr(scheduled=True),
+    }
 
 
 def synthesis_plant(machine: ad.Machine) -> Plant:

@@ -91,7 +91,7 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
         raise ModelError(
             f"{machine.name} senses away from its magnets; equivalent coefficients need collocated sensors"
         )
-    if any(len(block.axes) > 1 or block.law.d.constant.im.nnz() for block in loops.plant.blocks):
+    if any(len(block.axes) > 1 or block.ideal or block.law.crosses for block in loops.plant.blocks):
         raise ModelError(
             f"{machine.name} has a controller that couples axes, which no stiffness and damping of a magnet can stand for"
         )

@@ -15,8 +15,10 @@ from ..model.rotor import rotor as rotor_matrices
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
 from ..spec.paths import replace
+from ..synthesis.design import synthesise
 from .critical import CriticalSpeed, critical_speeds
 from .frequency import Loops
+from .laws import about_poles, about_unknown_modes
 from .modes import Mode
 from .polish import sparse
 from .sensitivity import CHECKED_TO, ZONES, sensitivity
@@ -49,7 +51,7 @@ class Finding:
     ----------
     topic : str
         ``"stability"``, ``"marginal"``, ``"weight"``, ``"stroke"``, ``"current"``, ``"force"``, ``"flux"``, ``"voltage"``, ``"clearance"``,
-        ``"spillover"``, ``"hysteretic"``, ``"mesh"`` or ``"certificate"``.
+        ``"controller"``, ``"spillover"``, ``"hysteretic"``, ``"mesh"`` or ``"certificate"``.
     text : str
         One or two sentences with the numbers.
     """
@@ -88,6 +90,8 @@ def findings(
     response = _stable_response(loop, limit, critical)
     if response is not None:
         found += [*_currents(response), *_flux(response), *_voltage(response), *_clearance(response)]
+    found += [Finding("controller", text) for text in about_poles(loop, limit)]
+    found += [Finding("spillover", text) for text in about_unknown_modes(loop, limit)]
     return (*found, *_spillover(loop, limit), *_hysteretic(loop, limit), *_mesh(loop, modes))
 
 
@@ -331,7 +335,7 @@ def _clearance(response: UnbalanceResponse) -> Iterator[Finding]:
 
 def _spillover(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
     """Modes whose damping a loop nearly undoes at frequencies that ISO 14839-3 does not look at."""
-    if limit.status not in (FOUND, NONE) or not loop.plant.blocks:
+    if limit.status not in (FOUND, NONE) or not loop.plant.loops:
         return
     worst = sensitivity(loop, 0.0, highest=BEYOND).worst
     if worst.frequency > CHECKED_TO and worst.value > ZONES[-1][1]:
@@ -349,7 +353,9 @@ def _hysteretic(loop: System, limit: StabilityLimit) -> Iterator[Finding]:
         return
     segments = {f"rotor.shaft.segments[{i}].hysteretic_damping": 0.0 for i in range(len(shaft.segments))}
     without = stability_limit(
-        replace(loop.machine, {"rotor.shaft.hysteretic_damping": 0.0, **segments}), limit.top_speed, first_only=True
+        replace(synthesise(loop.machine), {"rotor.shaft.hysteretic_damping": 0.0, **segments}),
+        limit.top_speed,
+        first_only=True,
     )
     if without.status == limit.status and not abs(without.speed - limit.speed) > MISLEADING * without.speed:
         return

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import ModelError
+from ..model.loop import Structure
 from ..spec.machine import Machine
 from .certificate import Walk
 from .frequency import Loops
@@ -158,6 +159,16 @@ def sensitivity(
     )
 
 
+def no_loop(plant: Structure) -> str:
+    """What is missing where no loop can be opened.
+
+    Parameters
+    ----------
+    plant : Structure
+    """
+    return "sensor at which its ideal state feedback could be opened" if plant.blocks else "control loop"
+
+
 class Axes:
     """Sensitivity of each physical axis at one speed.
 
@@ -175,7 +186,7 @@ class Axes:
     def __init__(self, loop: System, speed: float):
         self.loops = Loops(loop.plant)
         if not self.loops.loops:
-            raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
+            raise ModelError(f"{loop.machine.name} has no {no_loop(loop.plant)}, and so no sensitivity")
         self.speed = speed
         self.complex_form = loop.complex_form
         self.names = tuple(a.name for a in loop.plant.loops)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..units import RPM, in_words
 from .critical import CriticalSpeed, critical_speeds
-from .sensitivity import ZONES, Sensitivity, zone
+from .sensitivity import ZONES, Sensitivity, no_loop, zone
 from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, StabilityLimit
 from .system import System
@@ -125,7 +125,7 @@ def criteria(
     ]
     if stable:
         found += [
-            *_sensitivity(sensitivities),
+            *_sensitivity(sensitivities, no_loop(loop.plant)),
             *_displacement(loop, end),
             *_decrement(loop, end),
             *_separation(loop, end),
@@ -137,9 +137,9 @@ def _of_zone(name: str) -> str:
     return {"A": PASSES, "B": TOLERABLE}.get(name, FAILS)
 
 
-def _sensitivity(results: Sequence[Sensitivity]) -> Iterator[Criterion]:
+def _sensitivity(results: Sequence[Sensitivity], lacking: str) -> Iterator[Criterion]:
     if not results:
-        yield Criterion(SENSITIVITY, "peak sensitivity", None, ZONES[0][1], "", True, OPEN, "there is no control loop")
+        yield Criterion(SENSITIVITY, "peak sensitivity", None, ZONES[0][1], "", True, OPEN, f"there is no {lacking}")
     for result in results:
         speed = f"at {in_words(result.speed, 'rad/s', speed=True)}" if result.speed else "at rest"
         peak = result.worst

@@ -158,7 +158,7 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
     loop = system(machine)
     limit = stability_limit(loop)
     critical = critical_speeds(loop)
-    controlled = bool(loop.plant.blocks)
+    controlled = bool(loop.plant.loops)
     speeds: list[float] = []
     if controlled and limit.status not in (UNSTABLE, MARGINAL):
         speeds = [0.0, min(running_speed(limit), limit.speed * (MARGIN if limit.status == FOUND else 1.0))]

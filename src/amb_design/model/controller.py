@@ -44,6 +44,11 @@ class Realisation:
     d: Affine
     states: tuple[str, ...]
 
+    @property
+    def crosses(self) -> bool:
+        """True if complex coordinates are turned: then y and z are coupled."""
+        return any(x.constant.im.nnz() or x.rate.im.nnz() for x in (self.a, self.b, self.c, self.d))
+
 
 def realise(chains: Sequence[Chain], complex_form: bool = False) -> Realisation:
     """State space of a controller from shaft displacements to currents, without the minus sign of the feedback.

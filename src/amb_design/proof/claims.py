@@ -16,6 +16,7 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.certificate import Crossing, Walk
+from ..analysis.sensitivity import no_loop
 from ..analysis.stability import FOUND, NONE, stability_limit
 from ..analysis.system import Array, System, dense, system
 from ..analysis.threads import one_thread
@@ -360,7 +361,7 @@ def sensitivity_ports(loop: System) -> tuple[Array, Array]:
     seen = ports(loop.plant, loop.pencil)
     f, g, c = (dense(m) for m in (seen.F, seen.G, seen.C))
     if not f.shape[1]:
-        raise ModelError(f"{loop.machine.name} has no control loop, and so no sensitivity")
+        raise ModelError(f"{loop.machine.name} has no {no_loop(loop.plant)}, and so no sensitivity")
     enter, rate = loop.from_rate @ f, loop.from_rate @ g
     leave = c[: f.shape[1]] @ loop.to_state
     if (np.abs(loop.A1) @ np.abs(rate)).any() or not np.allclose(leave @ rate, 0.0):

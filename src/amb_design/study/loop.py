@@ -32,14 +32,11 @@ class ClosedLoop(Parametric):
     ----------
     bounds : dict of str to (float, float)
         As they were given, by parameter.
-    opened : bool
-        True if the control loops are cut.
     modes : int or None
         Lowest modes of the rotor that its computed quantities know; all if None.
     """
 
     bounds: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
-    opened: bool = False
     modes: int | None = None
 
     @cached_property
@@ -276,10 +273,7 @@ class ClosedLoop(Parametric):
 
     @cached_property
     def _real(self) -> Parametric:
-        real = motion.real_form(self)
-        if self.opened:
-            real = dataclasses.replace(real, plant=dataclasses.replace(real.plant, blocks=()))
-        return real
+        return motion.real_form(self)
 
     @cached_property
     def _numeric(self) -> Numbers:
@@ -339,7 +333,7 @@ class ClosedLoop(Parametric):
     def __reduce__(self) -> Any:
         members = dict(zip(self.names, self.members, strict=True))
         form = self.plant.mesh, self.complex_form
-        return _rebuilt, (self.machine, members, dict(self.bounds), self.opened, self.modes, *form)
+        return _rebuilt, (self.machine, members, dict(self.bounds), self.modes, *form)
 
 
 def closed_loop(
@@ -377,7 +371,7 @@ def closed_loop(
         leaves its block out, or because it is a position that shares its node with another one that leads it.
     """
     names, bounds = split_free(free)
-    return _made(parametric(synthesise(machine), names, mesh, complex_form), bounds, False)
+    return _made(parametric(synthesise(machine), names, mesh, complex_form), bounds)
 
 
 def open_loop(
@@ -391,7 +385,7 @@ def open_loop(
     Parameters
     ----------
     machine, free, mesh, complex_form
-        As in `closed_loop`.
+        As in `closed_loop`; numbers of controllers are not there to be freed.
 
     Returns
     -------
@@ -404,29 +398,27 @@ def open_loop(
         As in `closed_loop`.
     """
     names, bounds = split_free(free)
-    return _made(parametric(synthesise(machine), names, mesh, complex_form), bounds, True)
+    return _made(parametric(machine.without_controllers(), names, mesh, complex_form), bounds)
 
 
-def _made(whole: Parametric, bounds: Mapping[str, tuple[float, float]], opened: bool) -> ClosedLoop:
+def _made(whole: Parametric, bounds: Mapping[str, tuple[float, float]]) -> ClosedLoop:
     freed = {path for paths in whole.members for path in paths}
     for station in whole.plant.mesh.stations:
         for path in sorted(freed.intersection(station.members)):
             if station.leader != path and station.leader not in freed:
                 leader = station.leader if isinstance(station.leader, str) else "a shaft end or step"
                 raise ModelError(f"{path} shares its node with {leader}, which leads it; free that instead")
-    plant = dataclasses.replace(whole.plant, blocks=()) if opened else whole.plant
     fields = {f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)}
-    return ClosedLoop(**{**fields, "plant": plant}, bounds=bounds, opened=opened)
+    return ClosedLoop(**fields, bounds=bounds)
 
 
 def _rebuilt(
     machine: Machine,
     members: dict[str, tuple[str, ...]],
     bounds: dict[str, tuple[float, float]],
-    opened: bool,
     modes: int | None,
     mesh: Mesh,
     complex_form: bool,
 ) -> ClosedLoop:
-    made = _made(parametric(machine, members, mesh, complex_form), bounds, opened)
+    made = _made(parametric(machine, members, mesh, complex_form), bounds)
     return made if modes is None else made.reduced(modes)

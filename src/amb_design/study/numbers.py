@@ -7,7 +7,7 @@ from functools import cached_property
 import casadi as ca
 
 from ..analysis.system import Array, System
-from ..model.loop import Structure, ports, structure
+from ..model.loop import ports, structure
 from ..model.parametric import Parametric
 from ..optimise.coordinates import Coordinates, modal
 from ..optimise.family import Family, Member
@@ -74,8 +74,6 @@ class Numbers:
         """The machine at parameters, for the analyses."""
         machine = machine_at(self.loop, p)
         plant = structure(machine, self.loop.plant.mesh, self.loop.complex_form)
-        if not self.loop.plant.blocks:  # the loops were cut
-            plant = _cut(plant)
         return System(machine, plant, plant.size)
 
     def driven(self, patterns: Patterns) -> Driven:
@@ -112,9 +110,3 @@ def machine_at(loop: Parametric, p: Array) -> Machine:
     """
     values = {path: float(x) for x, paths in zip(p, loop.members, strict=True) for path in paths}
     return replace(loop.machine, values) if values else loop.machine
-
-
-def _cut(plant: Structure) -> Structure:
-    from dataclasses import replace as with_fields
-
-    return with_fields(plant, blocks=())

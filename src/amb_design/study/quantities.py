@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..analysis.sensitivity import no_loop
 from ..analysis.stability import FOUND, NONE, stability_limit
 from ..analysis.system import Array
 from ..errors import ModelError
@@ -95,7 +96,7 @@ def sensitivity_peaks(numbers: Numbers, speeds: int, peaks: int = 4, up_to: floa
     """
     count, form = len(numbers.loop.plant.loops), numbers.loop.complex_form
     if not count:
-        raise ModelError(f"{numbers.loop.machine.name} has no control loop, and so no sensitivity")
+        raise ModelError(f"{numbers.loop.machine.name} has no {no_loop(numbers.loop.plant)}, and so no sensitivity")
 
     def rows(state: State, speed: float) -> Rows:
         found = loops.sensitivity(state, ONE, speed, count, form, up_to=up_to, count=peaks)
