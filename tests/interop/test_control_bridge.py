@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from checks import within, within_absolute
 
 import amb_design as ad
 from amb_design.errors import ModelError
 from amb_design.interop.control import to_ss, to_tf
+from checks import within, within_absolute
 
 control = pytest.importorskip("control", reason="python-control is not installed")
 SPEED = 500.0

@@ -77,7 +77,9 @@ def test_openmdao_partials_and_optimum(
     om = pytest.importorskip("openmdao.api", reason="OpenMDAO is not installed")
     monkeypatch.chdir(tmp_path)  # it writes reports
     problem = om.Problem(reports=False)
-    problem.model.add_subsystem("stable", component(stable, {"x": loop.vector() / SCALE, "level": [0.5]}), promotes=["*"])
+    problem.model.add_subsystem(
+        "stable", component(stable, {"x": loop.vector() / SCALE, "level": [0.5]}), promotes=["*"]
+    )
     problem.model.add_subsystem("speed", om.ExecComp("speed = 1000 * level"), promotes=["*"])
     problem.model.add_design_var("x", lower=np.array(loop.lower) / SCALE, upper=np.array(loop.upper) / SCALE)
     problem.model.add_design_var("level", lower=0.1, upper=3.0)

@@ -164,4 +164,3 @@ def function_code(functions: Sequence[Any], folder: str | os.PathLike[str], name
         generator.add(f.jacobian())
     generator.generate(f"{Path(folder).resolve()}{os.sep}")
     return Path(folder) / f"{name}.c"
-

@@ -110,8 +110,8 @@ def _before_amplifiers(machine: Machine) -> Machine:
     magnets = tuple(
         dataclasses.replace(m, controller=cut(m.controller), controller_z=cut(m.controller_z)) for m in machine.magnets
     )
-    own = {"controller": cut(machine.controller), "controller_z": cut(machine.controller_z)}
-    return dataclasses.replace(machine, magnets=magnets, **own)
+    first, second = cut(machine.controller), cut(machine.controller_z)
+    return dataclasses.replace(machine, magnets=magnets, controller=first, controller_z=second)
 
 
 def _gain(machine: Machine, axis: int) -> float:

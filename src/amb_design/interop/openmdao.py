@@ -50,7 +50,13 @@ def component(function: Any, initial: Mapping[str, Any] | None = None) -> Any:
 
         def setup(self) -> None:
             for n in names:
-                self.add_input(n, np.reshape(np.asarray(given.get(n, np.zeros(_shape(function.size_in(n)))), float), _shape(function.size_in(n))))
+                self.add_input(
+                    n,
+                    np.reshape(
+                        np.asarray(given.get(n, np.zeros(_shape(function.size_in(n)))), float),
+                        _shape(function.size_in(n)),
+                    ),
+                )
             for n in outputs:
                 self.add_output(n, np.zeros(_shape(function.size_out(n))))
             self.declare_partials("*", "*")
