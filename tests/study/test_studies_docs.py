@@ -1,0 +1,93 @@
+"""What docs/studies.md shows runs as it is written, and arrives where it says."""
+
+from __future__ import annotations
+
+import multiprocessing
+import pickle
+import re
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import amb_design as ad
+from amb_design.optimise.audit import audit
+
+TEXT = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def functions() -> dict:
+    """Names that the first block leaves behind."""
+    known: dict = {}
+    exec(compile(BLOCKS[0], "docs/studies.md", "exec"), known)
+    return known
+
+
+def test_functions_of_a_machine(functions: dict, capsys: pytest.CaptureFixture[str]) -> None:
+    assert functions["A0"].name_in() == ["p"]
+    assert functions["opti"].g.shape == (1, 1)
+
+
+@pytest.mark.parametrize("block", BLOCKS[2:])
+def test_other_packages(functions: dict, block: str) -> None:
+    exec(compile(block, "docs/studies.md", "exec"), dict(functions))
+
+
+def test_problem_written_by_hand_reaches_the_verified_optimum(capfd: pytest.CaptureFixture[str]) -> None:
+    known: dict = {}
+    exec(compile(BLOCKS[1], "docs/studies.md", "exec"), known)
+    assert len([line for line in BLOCKS[1].splitlines() if line and not line.startswith("import")]) <= 25
+    problem, loop, design = known["problem"], known["loop"], known["design"]
+    speed = float(design.value(known["end"]))
+    best = 1461.6067249608561  # stored optimum of thesis-pid [rad/s]
+    assert speed == pytest.approx(best, rel=0.01)
+    found = audit(problem, loop.values(design.value(known["p"])), 0.99 * speed)
+    limits = {c.quantity: (c.bound, c.kind.upper) for c in problem.constraints}
+    for f in found.findings:
+        bound, upper = limits[f.quantity]
+        assert f.value <= 1.02 * bound if upper else f.value >= 0.98 * bound, f
+    assert found.stability[""].speed >= speed
+
+
+def test_optimisation_by_another_solver() -> None:
+    """The same Functions in `nlpsol`, with an exact quantity to be maximised."""
+    loop = ad.closed_loop(
+        ad.replace(ad.load("thesis-tuned"), {"rotor.shaft.elements": 4}), {"controller.kd": (0.01, 0.05)}
+    )
+    x = ca.MX.sym("x")
+    nlp = {"x": x, "f": -loop.damping_ratios(x, 300.0, 1)}
+    solver = ca.nlpsol("s", "ipopt", nlp, {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"})
+    found = float(solver(x0=0.02, lbx=0.01, ubx=0.05)["x"])
+    scan = np.linspace(0.01, 0.05, 81)
+    best = scan[np.argmax([float(loop.damping_ratios([kd], 300.0, 1)) for kd in scan])]
+    assert found == pytest.approx(best, abs=1e-3)
+
+
+def _in_worker(loop: ad.ClosedLoop, p: np.ndarray) -> tuple[float, float]:
+    return float(loop.damping_function(p, 300.0)), float(loop.function("M")(p)[0][0, 0])
+
+
+def test_a_worker_builds_it_again() -> None:
+    loop = ad.closed_loop(ad.load("tum-rig"), {"controller.kd": (1e-3, 1e2), "magnets.current_stiffness": (1.0, 1e3)})
+    p = loop.vector() * 1.01
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        there = pool.submit(_in_worker, loop, p).result()
+    assert there == pytest.approx(_in_worker(loop, p), rel=1e-12)
+    back = pickle.loads(pickle.dumps(loop.reduced(5)))
+    assert (back.names, back.lower, back.upper, back.modes) == (loop.names, loop.lower, loop.upper, 5)
+
+
+def test_expressions_are_saved(tmp_path: Path) -> None:
+    loop = ad.closed_loop(ad.load("thesis-tuned"), ["controller.kd", "magnets.bias_current"])
+    for name, options in (("A0", {}), ("magnet_force", {}), ("controller", {}), ("rhs", {"modes": 3}), ("loads", {})):
+        made = loop.function(name, **options)
+        made.save(str(tmp_path / name))
+        back = ca.Function.load(str(tmp_path / name))
+        point = [np.random.default_rng(1).random(made.size_in(k)) * 1e-5 for k in range(made.n_in())]
+        point[0] = loop.vector()
+        for a, b in zip(made.call(point), back.call(point), strict=True):
+            np.testing.assert_array_equal(a.full(), b.full())
