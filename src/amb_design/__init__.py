@@ -120,6 +120,7 @@ __all__ = [
 _LATE = {  # what only designs, proofs and simulations need loads with the first of them
     "BaseMotion": "transient.loads",
     "Contact": "transient.loads",
+    "Analysis": "analysis.summary",
     "Design": "optimise.design",
     "Family": "optimise.family",
     "Force": "transient.loads",
@@ -128,6 +129,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "Sampling": "transient.loads",
     "Shaking": "transient.loads",
     "Transient": "transient.result",
+    "analyse": "analysis.summary",
     "audit": "optimise.audit",
     "check_proof": "proof.claims",
     "crossing": "optimise.stable_speed",
@@ -137,6 +139,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
+    "save_report": "report.save",
     "simulate": "transient.simulate",
     "solve": "optimise.solve",
 }
