@@ -128,6 +128,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "Comparison": "spec.comparison",
     "Conditions": "spec.comparison",
     "Contact": "transient.loads",
+    "Analysis": "analysis.summary",
     "Design": "optimise.design",
     "Family": "optimise.family",
     "Force": "transient.loads",
@@ -136,6 +137,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "Proof": "proof.claims",
     "Shaking": "transient.loads",
     "Transient": "transient.result",
+    "analyse": "analysis.summary",
     "audit": "optimise.audit",
     "base_shock": "analysis.disturbance",
     "check_proof": "proof.claims",
@@ -153,6 +155,7 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
     "resonance_limit": "study.quantities",
+    "save_report": "report.save",
     "simulate": "transient.simulate",
     "solve": "optimise.solve",
 }

@@ -7,6 +7,7 @@ solution that did not arrive.
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import json
 import os
 import shutil
@@ -27,12 +28,24 @@ app = typer.Typer(
     name="amb-design",
     help="Flexible composite rotors on active magnetic bearings: analysis and design.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 
-Target = Annotated[str, typer.Argument(help="machine file, folder with a machine.toml, or name of a packaged problem")]
+
+def _names(incomplete: str) -> list[str]:
+    """Packaged problems for the shell's completion; where none fits, it completes file names."""
+    from .spec.files import packaged
+
+    return [name for name in packaged() if name.startswith(incomplete)]
+
+
+Target = Annotated[
+    str,
+    typer.Argument(
+        help="machine file, folder with a machine.toml, or name of a packaged problem", autocompletion=_names
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="print one JSON document instead of tables")]
 Variant = Annotated[str | None, typer.Option(help="one variant of the file instead of all")]
 
@@ -78,6 +91,20 @@ def list_problems(as_json: Json = False) -> None:
 
 
 @app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(help="folder for the machine.toml, made if it does not exist")] = Path(),
+    kind: Annotated[
+        str, typer.Option(help="steel: a steel shaft; composite: a laminated tube; both on magnets")
+    ] = "steel",
+) -> None:
+    """Write a commented machine file to start from. It never replaces one."""
+    from .spec.templates import start
+
+    file = start(folder, kind)
+    typer.echo(f"{file} is written. Now: amb-design check {folder}")
+
+
+@app.command()
 def check(target: Target, variant: Variant = None, as_json: Json = False) -> None:
     """Read a machine file and say in words what it describes."""
     from . import console
@@ -91,7 +118,7 @@ def check(target: Target, variant: Variant = None, as_json: Json = False) -> Non
 def analyse(
     target: Target,
     variant: Variant = None,
-    out: Annotated[Path | None, typer.Option(help="folder for figures and analysis.json")] = None,
+    out: Annotated[Path | None, typer.Option(help="folder for report.html, figures and analysis.json")] = None,
     workers: Annotated[int, typer.Option(min=1, help="processes for the variants")] = min(2, os.cpu_count() or 1),
     svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
     as_json: Json = False,
@@ -104,27 +131,36 @@ def analyse(
     from .analysis.published import compare, published_figures
     from .spec.files import resolve
 
-    machines = _machines(target, variant)
-    figures = published_figures(resolve(target).parent)
+    machines, file = _machines(target, variant), resolve(target)
+    figures = published_figures(file.parent)
     _check_folder(out)
     with _staging(out) as folder:
-        documents = _analysed(machines, folder, workers, ("png", "svg") if svg else ("png",))
+        accounts = _analysed(machines, folder, workers, ("png", "svg") if svg else ("png",))
+        documents = {name: a if folder is None else a.document for name, a in accounts.items()}
         comparisons = compare(figures, documents)
         document = _nested(documents)
         document["published"] = [console.comparison_row(c) for c in comparisons]
         if folder is not None:
             text = json.dumps(document, indent=2, allow_nan=False)
             (folder / "analysis.json").write_text(text + "\n", encoding="utf-8")
+            from .report.analysis import analysis_page
+
+            _report(folder, analysis_page(accounts, comparisons, date=_today(), inputs=_inputs(file)))
     _print(as_json, document, lambda: console.analyses(documents, comparisons, out))
 
 
 @app.command()
 def optimise(
     target: Annotated[
-        str, typer.Argument(help="problem file, folder with a problem.toml, or name of a packaged problem")
+        str,
+        typer.Argument(
+            help="problem file, folder with a problem.toml, or name of a packaged problem", autocompletion=_names
+        ),
     ],
     variant: Annotated[str | None, typer.Option(help="a variant of the problem")] = None,
-    out: Annotated[Path | None, typer.Option(help="folder for the design, figures and finished starts")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for report.html, the design, figures and finished starts")
+    ] = None,
     starts: Annotated[int, typer.Option(min=1, help="number of starts; the first begins at the machine as it is")] = 8,
     seed: Annotated[int, typer.Option(min=0, help="of the random starts")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="processes")] = min(2, os.cpu_count() or 1),
@@ -144,7 +180,7 @@ def optimise(
     from .optimise.answers import relaxations
     from .optimise.report import document
     from .optimise.solve import solve
-    from .spec.files import save
+    from .spec.files import PROBLEM_FILE, locate, save
     from .spec.problem_files import load_problem
 
     problem = load_problem(target, variant)
@@ -164,12 +200,15 @@ def optimise(
         if staged is not None:
             (staged / "design.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n", encoding="utf-8")
             if design.verified:
-                from .design_figures import save_design_figures
-
                 save(design.machine, staged / "design.toml")
                 if design.best is not None and design.best.proof is not None:
                     design.best.proof.save(staged / "proof.json")
-                save_design_figures(design, traded, staged, ("png", "svg") if svg else ("png",))
+            from .report.design import design_page
+
+            formats = ("png", "svg") if svg else ("png",)
+            inputs = _inputs(locate(target, (PROBLEM_FILE,)))
+            page = design_page(design, relaxed, traded, folder=staged, formats=formats, date=_today(), inputs=inputs)
+            _report(staged, page)
     _print(as_json, result, lambda: console_design.design(result, out))
     if not design.verified:
         raise SolveError(f"{problem.name}: {design.status}: {design.explanation()}")
@@ -449,21 +488,28 @@ def _machines(target: str, variant: str | None) -> dict[str, Any]:
     return {"": base, **variants}
 
 
-def _analysed(
-    machines: dict[str, Any], folder: Path | None, workers: int, formats: tuple[str, ...]
-) -> dict[str, dict[str, Any]]:
-    """Analysis documents by variant, computed side by side where there are many, with progress on standard error."""
+def _analysed(machines: dict[str, Any], folder: Path | None, workers: int, formats: tuple[str, ...]) -> dict[str, Any]:
+    """Analyses by variant, computed side by side where there are many, with progress on standard error.
+
+    Documents, or with a folder for figures all that a report tells.
+    """
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
     from .console import progress
 
-    many = len(machines) > 3
+    single, many = len(machines) == 1, len(machines) > 3
     jobs = {
-        name: (machine, folder if folder is None or len(machines) == 1 else folder / name, formats, many)
-        for name, machine in machines.items()
+        name: (
+            machine,
+            folder if folder is None or single else folder / name,
+            formats,
+            many,
+            "" if single else f"v{k}-",
+        )
+        for k, (name, machine) in enumerate(machines.items())
     }
-    done: dict[str, dict[str, Any]] = {}
+    done: dict[str, Any] = {}
     with progress(len(jobs)) as advance:
         if min(workers, len(jobs)) == 1 or len(jobs) < 3:
             for name, job in jobs.items():
@@ -478,15 +524,36 @@ def _analysed(
     return {name: done[name] for name in machines}
 
 
-def _analyse_one(machine: Any, folder: Path | None, formats: tuple[str, ...], main_only: bool) -> dict[str, Any]:
+def _analyse_one(machine: Any, folder: Path | None, formats: tuple[str, ...], main_only: bool, prefix: str) -> Any:
     from .analysis.summary import analyse as run
 
     analysis = run(machine)
-    if folder is not None:
-        from .figures import save_figures
+    if folder is None:
+        return analysis.document()
+    from .report.analysis import account
 
-        save_figures(analysis, folder, formats, main_only=main_only)
-    return analysis.document()
+    return account(analysis, folder, formats, main_only=main_only, prefix=prefix)
+
+
+def _report(folder: Path, page: Any) -> None:
+    from .report.render import html
+
+    (folder / "report.html").write_text(html(page), encoding="utf-8")
+
+
+def _inputs(file: Path) -> dict[str, str]:
+    """The file that was read, with its fingerprint, and the command line."""
+    from .report.provenance import fingerprint
+
+    return {
+        "Input": f"{file}, SHA-256 {fingerprint(file.read_bytes())}",
+        "Command": " ".join(["amb-design", *sys.argv[1:]]),
+    }
+
+
+def _today() -> str:
+    """The day that a report tells; the only place where the clock is read for a result."""
+    return datetime.date.today().isoformat()
 
 
 def _check_folder(out: Path | None) -> None:

@@ -145,15 +145,23 @@ def test_analyse_writes_figures_and_json(fast, tmp_path, run):
     assert status == 0
     assert "stability limit" in output
     names = {p.name for p in out.iterdir()}
-    assert {"analysis.json", "campbell.png", "damping.png", "real_part.png", "modes.png", "machine.png"} <= names
+    assert {
+        "report.html",
+        "analysis.json",
+        "campbell.png",
+        "damping.png",
+        "real_part.png",
+        "modes.png",
+        "machine.png",
+    } <= names
     assert all(p.stat().st_size > 5000 for p in out.glob("*.png"))
     assert json.loads((out / "analysis.json").read_text())["name"] == "fast"
     assert not list(tmp_path.glob(".out-*"))
 
 
 def test_a_failed_run_leaves_the_folder_as_it_was(fast, tmp_path, run, monkeypatch):
-    from amb_design import figures
     from amb_design.errors import SolveError
+    from amb_design.report import analysis
 
     def fail(*_, **__):
         raise SolveError("no picture today")
@@ -161,7 +169,7 @@ def test_a_failed_run_leaves_the_folder_as_it_was(fast, tmp_path, run, monkeypat
     out = tmp_path / "out"
     out.mkdir()
     (out / "analysis.json").write_text("old")
-    monkeypatch.setattr(figures, "save_figures", fail)
+    monkeypatch.setattr(analysis, "pictures", fail)
     status, output, errors = run("analyse", str(fast), "--out", str(out))
     assert (status, output) == (3, "")
     assert errors.endswith("amb-design: no picture today\n")

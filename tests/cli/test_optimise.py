@@ -64,8 +64,15 @@ def test_design_table_files_and_resume(run, folder, tmp_path):
         assert words in text
     assert progress.count("(optimum") == 2
     names = {p.name for p in out.iterdir()}
-    figures = {"campbell_before.png", "campbell_after.png", "real_part.png", "convergence.png", "sensitivities.png"}
-    assert names == {"starts", "design.toml", "design.json", "proof.json", "proof.npz", *figures}
+    figures = {
+        "machine.png",
+        "campbell_before.png",
+        "campbell_after.png",
+        "real_part.png",
+        "convergence.png",
+        "sensitivities.png",
+    }
+    assert names == {"starts", "report.html", "design.toml", "design.json", "proof.json", "proof.npz", *figures}
     assert ad.check_proof(out / "proof.json", ad.load(out / "design.toml"))[0].startswith("stable from 0 to")
     assert all((out / f).stat().st_size > 10_000 for f in figures)
     document = json.loads((out / "design.json").read_text())

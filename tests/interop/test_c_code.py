@@ -56,7 +56,13 @@ def test_sampled_controller_is_that_of_scipy(machine: ad.Machine) -> None:
 def test_sampled_controller_is_that_of_the_simulation(machine: ad.Machine) -> None:
     """Its commands on the displacements of a simulated run are those that the run's own sampled controller gave."""
     law = discrete(machine, PERIOD)
-    options = {"speed": 300.0, "modes": 3, "sampling": ad.Sampling(period=PERIOD, method="hold"), "linear": True, "gravity": False}
+    options = {
+        "speed": 300.0,
+        "modes": 3,
+        "sampling": ad.Sampling(period=PERIOD, method="hold"),
+        "linear": True,
+        "gravity": False,
+    }
     run = ad.simulate(machine, 100 * PERIOD, step=PERIOD, **options)
     nodes = [0, len(run.positions) - 1]
     moved = np.einsum("ncx,tx->tnc", run.shapes[nodes], run.coordinates).reshape(len(run.times), 4)

@@ -67,7 +67,8 @@ def _unbalance(machine: Machine) -> Iterator[str]:
     disks = machine.rotor.disks
     grades = [abs(float(d.unbalance)) / float(d.total_mass) * speed for d in disks]
     if not any(grades):
-        yield "No disk has an unbalance: there will be no unbalance response, and no currents to judge the magnets by."
+        rest = ", and no currents to judge the magnets by" if machine.magnets else ""
+        yield f"No disk has an unbalance: there will be no unbalance response{rest}."
     elif max(grades) > ROUGH:
         i = grades.index(max(grades))
         yield (

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..analysis.published import Comparison
+from ..units import in_words
 from .parts import Table, table
 
 Document = Mapping[str, Any]
@@ -123,7 +124,7 @@ def modes(document: Document) -> Table:
     return table(
         "Modes at rest",
         "rlrrl",
-        ("frequency [Hz]", "whirl", "damping ratio", "log. decrement", "mode"),
+        ("frequency [Hz]", "whirl", "damping ratio", "log. dec.", "mode"),
         [
             [
                 f"{m['frequency_hz']:.3f}",
@@ -169,7 +170,7 @@ def movers(document: Document, count: int = 10) -> Table:
         "lrr",
         ("number", "value", "rpm per 1 %"),
         [
-            [r["number"], f"{r['value']:.5g} {r['unit']}", f"{r['rpm_per_percent']:+.2f}"]
+            [r["number"], in_words(r["value"], r["unit"]), f"{r['rpm_per_percent']:+.2f}"]
             for r in document["limit_sensitivities"][:count]
         ],
     )
@@ -215,7 +216,7 @@ def overview(documents: Mapping[str, Document]) -> Table:
         rows.append([*row, _claim(d.get("equivalent_coefficients"))] if claimed else row)
     return table(
         "Speeds in rpm; each limit with the frequency of the mode that sets it",
-        "lrrrr" + "r" * claimed,
+        "lrrrr" + "l" * claimed,
         [*columns, *["equivalent coefficients claim"] * claimed],
         rows,
     )
@@ -289,7 +290,7 @@ def published(comparisons: Sequence[Comparison]) -> tuple[Table, list[str]]:
                 f.source,
             ]
         )
-    columns = ("variant", "quantity", "published", "here", "difference", "", "source")
+    columns = ("variant", "quantity", "published", "here", "difference", "verdict", "source")
     remarks = [f"[{i + 1}] {reason}" for i, reason in enumerate(reasons)]
     return table("Published figures", "llrrrll", columns, rows), [*remarks, *summaries.values()]
 

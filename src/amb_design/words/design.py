@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..optimise.start import INFEASIBLE
+from ..spec.problem import DesignProblem
 from ..spec.quantities import QUANTITIES
 from ..units import in_words
 from .parts import Table, table
@@ -32,6 +33,24 @@ def headline(d: Document) -> str:
     if name == "stability limit" and d["after"]["stability_limit"]["status"] == "none below the top speed":
         value += ", where the search ends"
     return f"{d['status']}: {what} {value} ({held} of {len(d['starts'])} starts within the limits)"
+
+
+def asked(problem: DesignProblem) -> list[str]:
+    """What was sought, within which limits, a sentence each.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    """
+    sense = "smallest" if problem.objective.kind.upper else "largest"
+    numbers = f"{len(problem.variables)} number{'' if len(problem.variables) == 1 else 's'}"
+    lines = [f"The {sense} {_spoken(problem.objective.quantity)}, by changing {numbers} of the machine."]
+    for c in problem.constraints:
+        word = "at most" if c.kind.upper else "at least"
+        lines.append(f"{_spoken(c.quantity).capitalize()} {word} {in_words(c.bound, c.kind.unit)}: {c.kind.doc}.")
+    if problem.scenarios:
+        lines.append(f"In {len(problem.scenarios)} scenarios as well: {', '.join(problem.scenarios)}.")
+    return lines
 
 
 def conflicts(d: Document) -> list[str]:
@@ -99,7 +118,7 @@ def before_and_after(d: Document) -> Table:
             ]
         )
     note = f"Quantities before are the worst up to {before['range_rpm']:.0f} rpm, after up to {after['range_rpm']:.0f} rpm."
-    return table("Before and after", "lrrrl", ("", "before", "after", "limit", ""), rows, note)
+    return table("Before and after", "lrrrl", ("quantity", "before", "after", "limit", "remark"), rows, note)
 
 
 def variables(d: Document) -> Table:
@@ -121,7 +140,7 @@ def variables(d: Document) -> Table:
                 f"at its {v['at_bound']} bound" if v["at_bound"] else "",
             ]
         )
-    return table("Variables", "lrrrl", ("variable", "before", "after", "bounds", ""), rows)
+    return table("Variables", "lrrrl", ("variable", "before", "after", "bounds", "remark"), rows)
 
 
 def movers(d: Document, count: int = 8) -> Table:

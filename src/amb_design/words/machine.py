@@ -123,13 +123,13 @@ def _segments(d: Outline) -> Table:
                 f"{s['start_m']:.4g} to {s['start_m'] + s['length_m']:.4g}",
                 _mm(s["outer_diameter_m"]) + inner,
                 f"{s['mass_kg']:.4g}",
-                f"{s['bending_stiffness_nm2']:.4g}",
+                plain(s["bending_stiffness_nm2"]),
                 f"{s['shear_stiffness_n']:.4g}",
-                *([f"{s['bend_twist_coupling_nm']:.3g}"] if coupled else []),
+                *([plain(s["bend_twist_coupling_nm"])] if coupled else []),
                 _plies(s["plies_deg"]),
             ]
         )
-    columns = ["", "from, to [m]", "diameter [mm]", "mass [kg]", "bending [N m²]", "shear [N]"]
+    columns = ["no.", "from, to [m]", "diameter [mm]", "mass [kg]", "bending [N m²]", "shear [N]"]
     return (
         table(
             "Shaft",
@@ -146,7 +146,7 @@ def _disks(d: Outline) -> Table:
     return table(
         "Disks",
         "llrrrrr",
-        ("", "name", "at [m]", "mass [kg]", "diametral [kg m²]", "polar [kg m²]", "unbalance [g mm]"),
+        ("no.", "name", "at [m]", "mass [kg]", "diametral [kg m²]", "polar [kg m²]", "unbalance [g mm]"),
         [
             [
                 str(i),
@@ -171,12 +171,12 @@ def _bearings(d: Outline) -> Table:
             [str(i), b["name"], f"{b['position_m']:.4g}", _matrix(kyy, kzz, kyz, kzy), _matrix(cyy, czz, cyz, czy)]
         )
     rows += [["", "pin", f"{x:.4g}", "rigid", ""] for x in d["pins_m"]]
-    return table("Passive bearings", "llrll", ("", "name", "at [m]", "stiffness [N/m]", "damping [N s/m]"), rows)
+    return table("Passive bearings", "llrll", ("no.", "name", "at [m]", "stiffness [N/m]", "damping [N s/m]"), rows)
 
 
 def _matrix(yy: float, zz: float, yz: float, zy: float) -> str:
-    text = f"{yy:.4g}" if yy == zz else f"{yy:.4g} in y, {zz:.4g} in z"
-    return text + (f", cross {yz:.4g} and {zy:.4g}" if yz or zy else "")
+    text = plain(yy) if yy == zz else f"{plain(yy)} in y, {plain(zz)} in z"
+    return text + (f", cross {plain(yz)} and {plain(zy)}" if yz or zy else "")
 
 
 def _magnets(d: Outline) -> Table:
@@ -193,7 +193,7 @@ def _magnets(d: Outline) -> Table:
                 f"{m['position_m']:.4g}",
                 "at the magnet" if sensor == m["position_m"] else f"{sensor:.4g}",
                 f"{m['current_stiffness_n_per_a']:.4g}",
-                f"{m['negative_stiffness_n_per_m']:.4g}",
+                plain(m["negative_stiffness_n_per_m"]),
                 "unknown" if capacity is None else f"{capacity:.4g}",
                 f"{m['load_of_an_axis_n']:.4g}",
                 share,
@@ -201,7 +201,7 @@ def _magnets(d: Outline) -> Table:
             ]
         )
     columns = (
-        "",
+        "no.",
         "name",
         "at [m]",
         "sensor [m]",
@@ -223,9 +223,9 @@ def _stiffness(d: Outline) -> Table:
                 x["loop"],
                 [
                     str(x["states"]),
-                    f"{x['stiffness_n_per_m']:.4g}",
-                    f"{x['negative_stiffness_n_per_m']:.4g}",
-                    f"{x['net_stiffness_n_per_m']:.4g}",
+                    plain(x["stiffness_n_per_m"]),
+                    plain(x["negative_stiffness_n_per_m"]),
+                    plain(x["net_stiffness_n_per_m"]),
                     "yes" if x["integral_action"] else "no",
                 ],
             )

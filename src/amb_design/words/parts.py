@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Table:
         What the reader has to know of the figures.
     """
 
+    kind: ClassVar[str] = "table"
     title: str
     columns: tuple[str, ...]
     align: str

@@ -1,0 +1,99 @@
+"""`amb-design init` gives a file that everything accepts, and takes nothing away."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+import amb_design as ad
+from amb_design import cli
+from amb_design.analysis.outline import outline
+from amb_design.spec.templates import KINDS, start, template
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["amb-design", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        captured = capsys.readouterr()
+        return int(stop.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_start_is_sound(kind):
+    """Nothing unusual, no warning, every standard met, and a limit to work on."""
+    machine = ad.loads(template(kind))
+    assert outline(machine)["unusual"] == []
+    analysis = ad.analyse(machine)
+    assert analysis.limit.status == "limit found"
+    assert analysis.limit.certified
+    assert analysis.limit.speed > 2.0 * machine.operation.service_speed
+    assert [f.text for f in analysis.findings] == []
+    assert {c.verdict for c in analysis.criteria} == {"passes"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_part_of_the_file_is_explained(kind):
+    lines = template(kind).splitlines()
+    assert sum("#" in line for line in lines) > 25
+    assert max(map(len, lines)) <= 132
+
+
+def test_init_check_analyse(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, output, errors = run("init", "mine")
+    assert (status, errors) == (0, "")
+    assert "amb-design check mine" in output
+    assert (tmp_path / "mine" / "machine.toml").read_text(encoding="utf-8") == template("steel")
+    status, output, _ = run("check", "mine")
+    assert status == 0
+    assert "carried by two magnetic bearings" in output
+    status, output, _ = run("analyse", "mine", "--json")
+    assert status == 0
+    assert json.loads(output)["stability_limit"]["status"] == "limit found"
+
+
+def test_init_never_overwrites(run, tmp_path):
+    file = tmp_path / "machine.toml"
+    file.write_text("mine")
+    for target in (tmp_path, file):
+        status, output, errors = run("init", str(target))
+        assert (status, output) == (2, "")
+        assert errors == f"amb-design: {file} exists already; name another folder\n"
+    assert file.read_text() == "mine"
+
+
+def test_init_refuses_other_kinds(run, tmp_path):
+    status, _, errors = run("init", str(tmp_path / "new"), "--kind", "wood")
+    assert status == 2
+    assert errors == "amb-design: kind = 'wood' is no kind of machine; choose steel or composite\n"
+    assert not (tmp_path / "new").exists()
+
+
+def test_start_makes_the_folders_it_needs(tmp_path):
+    file = start(tmp_path / "a" / "b", "composite")
+    assert ad.load(tmp_path / "a" / "b") == ad.loads(file.read_text(encoding="utf-8"))
+
+
+def test_shell_completion_knows_commands_and_problems():
+    def completed(words: str) -> list[str]:
+        program = "import sys; sys.argv[0] = 'amb-design'; from amb_design.cli import main; main()"
+        environment = {
+            **os.environ,
+            "_AMB_DESIGN_COMPLETE": "complete_bash",
+            "COMP_WORDS": words,
+            "COMP_CWORD": str(len(words.split()) - 1),
+        }
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment)
+        return done.stdout.split()
+
+    assert completed("amb-design ana") == ["analyse"]
+    assert completed("amb-design check tum") == ["tum-rig", "tum-rig-pid", "tum-rig-pid-vs-lqg"]
