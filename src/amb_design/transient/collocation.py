@@ -17,7 +17,7 @@ import numpy as np
 
 from ..analysis.system import Array
 from .compiled import Compiled
-from .ladder import MOMENTS, Ladder, blocks
+from .ladder import LARGE, MOMENTS, Ladder, blocks
 from .ledger import Entry, Ledger
 from .scales import scales
 from .schedule import Piece, Schedule
@@ -107,9 +107,9 @@ class Collocation:
         self._reach = np.abs(self.B) / self.size[:, None]
         leaning = [split.A1[n : 2 * n], split.A2[n : 2 * n]] if self._varying else []
         self._rows = np.vstack([split.C, *leaning]) * self.size
-        self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), schedule.spin.speeds[0]
-        self._ladder: tuple[Ladder, list[int]] | None = None
-        self._steps: dict[float, Step] = {}
+        self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), math.nan
+        self._ladders: dict[float, tuple[Ladder, list[int]]] = {}
+        self._steps: dict[float, dict[float, Step]] = {}
         self._levels: dict[float, int] = {}
         self._now: Array | None = None
         self._past: Array | None = None
@@ -239,27 +239,32 @@ class Collocation:
     def _near(self, speed: float) -> None:
         """Take a linear part that is good near a speed."""
         anchor = speed if not self._varying else self._window * round(speed / self._window)
-        if self._ladder is None or anchor != self._anchor:
-            split, n, size = self.split, self.split.equations.plant.size, self.size
-            forms = split.forms(anchor)
-            velocities = np.zeros((self.B.shape[1], len(size)))
-            velocities[:, n : 2 * n] = self.B[n : 2 * n].T
-            ladder = Ladder(
-                (split.A0 + anchor * split.A1) * size / size[:, None],
-                self.B / size[:, None],
-                np.array([size[:, None] * form * size for form in forms.values()]).reshape(-1, len(size), len(size)),
-                velocities * size,
-            )
-            self._ladder, self._anchor, self._steps, self._now, self._past = (
-                (ladder, list(forms)),
-                anchor,
-                {},
-                None,
-                None,
-            )
+        if anchor == self._anchor:
+            return
+        self._anchor, self._now, self._past = anchor, None, None
+        if anchor not in self._ladders:
+            if any(ladder.size > LARGE for ladder, _ in self._ladders.values()):
+                self._ladders.clear()
+                self._steps.clear()
+            self._ladders[anchor] = self._ladder(anchor)
+            self._steps[anchor] = {}
+
+    def _ladder(self, speed: float) -> tuple[Ladder, list[int]]:
+        """Of the linear part at a speed, and which works its forms are."""
+        split, n, size = self.split, self.split.equations.plant.size, self.size
+        forms = split.forms(speed)
+        velocities = np.zeros((self.B.shape[1], len(size)))
+        velocities[:, n : 2 * n] = self.B[n : 2 * n].T
+        ladder = Ladder(
+            (split.A0 + speed * split.A1) * size / size[:, None],
+            self.B / size[:, None],
+            np.array([size[:, None] * form * size for form in forms.values()]).reshape(-1, len(size), len(size)),
+            velocities * size,
+        )
+        return ladder, list(forms)
 
     def _step(self, h: float) -> Step:
-        assert self._ladder is not None
-        if h not in self._steps:
-            self._steps[h] = Step(*self._ladder, self._rows, h)
-        return self._steps[h]
+        steps = self._steps[self._anchor]
+        if h not in steps:
+            steps[h] = Step(*self._ladders[self._anchor], self._rows, h)
+        return steps[h]
