@@ -39,6 +39,7 @@ DISKS = {4: (2e-5, 0.0), 9: (1e-5, 1.0)}  # node: unbalance [kg m] and its angle
 MAGNETS = (1, 11)
 DASHPOTS = (0, 4, 9, 12)
 GRAVITY = 9.80665
+LONG = 5.0  # runs of more seconds are not repeated
 
 
 def controller(ct):
@@ -97,6 +98,8 @@ def run(rs, ct, method, step, repeat):
                 start = time.process_time()
                 result = rotor.run_time_response(SPEED, force, t, **options(method))
                 seconds.append(time.process_time() - start)
+                if seconds[-1] > LONG:
+                    break
         except (ArithmeticError, RuntimeError, ValueError) as e:
             report["failed"] = f"{type(e).__name__}: {e}".splitlines()[0]
             return report

@@ -17,8 +17,8 @@ import numpy as np
 
 from ..analysis.system import Array
 from .compiled import Compiled
-from .ladder import Ladder
-from .ledger import Entry, Ledger, node_moments
+from .ladder import LARGE, MOMENTS, Ladder, blocks
+from .ledger import Entry, Ledger
 from .scales import scales
 from .schedule import Piece, Schedule
 from .split import Split
@@ -35,7 +35,7 @@ CLOSE = 0.01
 EASY = 1.0 / 40.0
 """Fraction of the tolerance below which steps grow again: less than that of two halvings."""
 
-WINDOWS = 20
+WINDOWS = 4
 """Linear parts that cover a varying speed."""
 
 PARABOLA = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [4.0, -8.0, 4.0]])
@@ -43,6 +43,9 @@ PARABOLA = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [4.0, -8.0, 4.0]])
 
 QUARTER = np.array([0.375, 0.75, -0.125])
 """From the same values to that at h/4."""
+
+BUBBLE = 64.0 / 3.0 * np.array([0.0, 0.5, -1.5, 1.0])
+"""The cubic in t/h that vanishes at 0, 1/2 and 1 and is 1 at 1/4, by powers."""
 
 NEXT = np.array([[1.0, -3.0, 3.0], [3.0, -8.0, 6.0]])
 """From the same values to those at 3/2 h and 2 h."""
@@ -63,18 +66,23 @@ class Step:
     def __init__(self, ladder: Ladder, owners: list[int], rows: Array, h: float):
         n, b = ladder.states, ladder.inputs
         self.h, self.owners, self.inverse = h, owners, np.zeros((0, 0))
-        rung = ladder.at(h)
-        turn = np.kron(PARABOLA / h ** np.arange(3)[:, None], np.eye(b))
-        self.move, self.push = rung.motion[:n, :n], rung.motion[:n, n:] @ turn
-        half, quarter = (rows @ ladder.at(h * c).motion[:n] for c in (0.5, 0.25))
-        both = np.vstack([half, rows @ rung.motion[:n]])
-        self.place, pushed = np.ascontiguousarray(both[:, :n]), both[:, n:] @ turn
-        self.known, self.unknown = np.ascontiguousarray(pushed[:, :b]), np.ascontiguousarray(pushed[:, b:])
-        self.quarter = np.hstack([quarter[:, :n], quarter[:, n:] @ turn])
-        whole = np.eye(n + 3 * b)
-        whole[n:, n:] = turn
-        self.works = [whole.T @ form @ whole for form in rung.works]
-        self.velocities = node_moments(rung.moments, turn, h)
+        quarter, half, rung = (ladder.at(h * c) for c in (0.25, 0.5, 1.0))  # one makes the next
+        nodes = PARABOLA / h ** np.arange(3)[:, None]
+
+        def nodal(matrix: Array) -> Array:  # of values at the nodes instead of derivatives
+            return np.concatenate([matrix[..., :n], blocks(matrix[..., n:], nodes)], axis=-1)
+
+        motion = nodal(rung.motion)
+        self.move, self.push = np.ascontiguousarray(motion[:, :n]), np.ascontiguousarray(motion[:, n:])
+        self.quarter = nodal(rows @ quarter.motion)
+        both = np.vstack([nodal(rows @ half.motion), rows @ motion])
+        self.place, self.known, self.unknown = (
+            np.ascontiguousarray(part) for part in np.split(both, [n, n + b], axis=1)
+        )
+        self.works = nodal(nodal(rung.works).transpose(0, 2, 1))
+        shapes = np.zeros((4, MOMENTS))  # parabolas of the nodes and the bubble, by powers of time
+        shapes[:3, :3], shapes[3] = nodes.T, BUBBLE * [math.factorial(j) / h**j for j in range(MOMENTS)]
+        self.velocities = np.tensordot(shapes, nodal(rung.moments), 1)
 
 
 class Collocation:
@@ -99,9 +107,9 @@ class Collocation:
         self._reach = np.abs(self.B) / self.size[:, None]
         leaning = [split.A1[n : 2 * n], split.A2[n : 2 * n]] if self._varying else []
         self._rows = np.vstack([split.C, *leaning]) * self.size
-        self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), schedule.spin.speeds[0]
-        self._ladder: tuple[Ladder, list[int]] | None = None
-        self._steps: dict[float, Step] = {}
+        self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), math.nan
+        self._ladders: dict[float, tuple[Ladder, list[int]]] = {}
+        self._steps: dict[float, dict[float, Step]] = {}
         self._levels: dict[float, int] = {}
         self._now: Array | None = None
         self._past: Array | None = None
@@ -231,27 +239,32 @@ class Collocation:
     def _near(self, speed: float) -> None:
         """Take a linear part that is good near a speed."""
         anchor = speed if not self._varying else self._window * round(speed / self._window)
-        if self._ladder is None or anchor != self._anchor:
-            split, n, size = self.split, self.split.equations.plant.size, self.size
-            forms = split.forms(anchor)
-            velocities = np.zeros((self.B.shape[1], len(size)))
-            velocities[:, n : 2 * n] = self.B[n : 2 * n].T
-            ladder = Ladder(
-                (split.A0 + anchor * split.A1) * size / size[:, None],
-                self.B / size[:, None],
-                np.array([size[:, None] * form * size for form in forms.values()]),
-                velocities * size,
-            )
-            self._ladder, self._anchor, self._steps, self._now, self._past = (
-                (ladder, list(forms)),
-                anchor,
-                {},
-                None,
-                None,
-            )
+        if anchor == self._anchor:
+            return
+        self._anchor, self._now, self._past = anchor, None, None
+        if anchor not in self._ladders:
+            if any(ladder.size > LARGE for ladder, _ in self._ladders.values()):
+                self._ladders.clear()
+                self._steps.clear()
+            self._ladders[anchor] = self._ladder(anchor)
+            self._steps[anchor] = {}
+
+    def _ladder(self, speed: float) -> tuple[Ladder, list[int]]:
+        """Of the linear part at a speed, and which works its forms are."""
+        split, n, size = self.split, self.split.equations.plant.size, self.size
+        forms = split.forms(speed)
+        velocities = np.zeros((self.B.shape[1], len(size)))
+        velocities[:, n : 2 * n] = self.B[n : 2 * n].T
+        ladder = Ladder(
+            (split.A0 + speed * split.A1) * size / size[:, None],
+            self.B / size[:, None],
+            np.array([size[:, None] * form * size for form in forms.values()]).reshape(-1, len(size), len(size)),
+            velocities * size,
+        )
+        return ladder, list(forms)
 
     def _step(self, h: float) -> Step:
-        assert self._ladder is not None
-        if h not in self._steps:
-            self._steps[h] = Step(*self._ladder, self._rows, h)
-        return self._steps[h]
+        steps = self._steps[self._anchor]
+        if h not in steps:
+            steps[h] = Step(*self._ladders[self._anchor], self._rows, h)
+        return steps[h]

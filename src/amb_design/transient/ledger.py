@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ import numpy as np
 from ..analysis.system import Array
 from .compiled import many
 from .equations import FLAGS, WORKS
-from .ladder import MOMENTS
 from .split import Split
 
 if TYPE_CHECKING:
@@ -19,9 +17,6 @@ if TYPE_CHECKING:
 
 MANY = 2000
 """Steps that are kept before they are added up."""
-
-BUBBLE = 64.0 / 3.0 * np.array([0.0, 0.5, -1.5, 1.0])
-"""The cubic in t/h that vanishes at 0, 1/2 and 1 and is 1 at 1/4, by powers."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +107,3 @@ class Ledger:
             found[:, WORKS.index("damping")] += leaning
             found[:, WORKS.index("circulation")] += each[:, -turning:].sum(axis=1) - leaning
         return found
-
-
-def node_moments(moments: Array, turn: Array, h: float) -> Array:
-    """Integrals of velocities times the parabolas of the nodes and the bubble, shape (4, inputs, state with inputs)."""
-    from .collocation import PARABOLA
-
-    shapes = np.zeros((4, MOMENTS))
-    shapes[:3, :3] = (PARABOLA / h ** np.arange(3)[:, None]).T
-    shapes[3] = BUBBLE * [math.factorial(j) / h**j for j in range(MOMENTS)]
-    n = moments.shape[2] - len(turn)
-    turned = np.concatenate([moments[:, :, :n], moments[:, :, n:] @ turn], axis=2)
-    return np.asarray(np.tensordot(shapes, turned, 1))

@@ -153,11 +153,11 @@ class Transient:
 
     @property
     def energy_error(self) -> Array:
-        """Energy that the works do not account for, over the gross work, shape (m,)."""
+        """Energy that the works do not account for, over the gross work (at least a millionth of the energy), shape (m,)."""
         energy = self.kinetic + self.potential
         work = sum(self.works.values(), np.zeros(len(self.times)))
         gross = sum(float(np.ptp(w)) for w in [*self.works.values(), self.kinetic, self.potential])
-        return np.asarray((energy - energy[0] - work) / (gross or 1.0))
+        return np.asarray((energy - energy[0] - work) / (max(gross, 1e-6 * float(energy.max())) or 1.0))
 
     def envelope(self, position: float) -> Envelope:
         """Largest radius turn by turn, to be drawn over the speed of run-ups and run-downs.
