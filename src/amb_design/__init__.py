@@ -19,6 +19,8 @@ from .analysis.equivalent import Equivalent, equivalent_coefficients
 from .analysis.findings import Finding, findings
 from .analysis.gradient import critical_speed_gradient, eigenvalue_gradient, stability_gradient
 from .analysis.modes import Mode
+from .analysis.noise import noise_current
+from .analysis.sampled_limit import SampledLimit, SampledStability, sampled_stability, sampled_stability_limit
 from .analysis.sensitivity import Sensitivity, SensitivityOverSpeed, sensitivity, sensitivity_over_speed
 from .analysis.spectrum import spectrum
 from .analysis.stability import Onset, StabilityLimit, stability_limit
@@ -35,8 +37,9 @@ from .spec.material import Isotropic, Orthotropic
 from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
+from .spec.sampling import Sampling
 from .spec.shaft import Ply, Segment, Shaft, layup
-from .synthesis.design import synthesise
+from .synthesis.design import ideal, synthesise
 from .units import rpm
 
 __version__ = "0.1.0"
@@ -68,6 +71,9 @@ __all__ = [
     "Pin",
     "Ply",
     "Rotor",
+    "SampledLimit",
+    "SampledStability",
+    "Sampling",
     "Segment",
     "Sensitivity",
     "SensitivityOverSpeed",
@@ -88,6 +94,7 @@ __all__ = [
     "equivalent_coefficients",
     "find",
     "findings",
+    "ideal",
     "layup",
     "load",
     "load_optimum",
@@ -95,10 +102,13 @@ __all__ = [
     "load_problem_variants",
     "load_variants",
     "loads",
+    "noise_current",
     "numbers",
     "packaged",
     "replace",
     "rpm",
+    "sampled_stability",
+    "sampled_stability_limit",
     "save",
     "sensitivity",
     "sensitivity_over_speed",
@@ -114,21 +124,29 @@ __all__ = [
 _LATE = {  # what only designs, proofs and simulations need loads with the first of them
     "BaseMotion": "transient.loads",
     "ClosedLoop": "study.loop",
+    "BaseShock": "spec.comparison",
+    "Comparison": "spec.comparison",
+    "Conditions": "spec.comparison",
     "Contact": "transient.loads",
     "Design": "optimise.design",
     "Family": "optimise.family",
     "Force": "transient.loads",
+    "ForceStep": "spec.comparison",
     "Impulse": "transient.loads",
     "Proof": "proof.claims",
-    "Sampling": "transient.loads",
     "Shaking": "transient.loads",
     "Transient": "transient.result",
     "audit": "optimise.audit",
+    "base_shock": "analysis.disturbance",
     "check_proof": "proof.claims",
     "closed_loop": "study.loop",
+    "compare": "comparison.compare",
     "crossing": "optimise.stable_speed",
+    "force_step": "analysis.disturbance",
     "largest_stable": "optimise.stable_speed",
+    "load_comparison": "spec.comparison_files",
     "load_transient": "transient.result",
+    "margins": "analysis.margins",
     "minimise_abscissa": "optimise.abscissa",
     "open_loop": "study.loop",
     "pareto": "optimise.answers",

@@ -17,10 +17,11 @@ RPM = 2.0 * math.pi / 60.0
 
 # What may stand behind the number: unit names with small powers, joined by blanks, dots, "*" and "/". Anything more
 # would let a file ask for arithmetic such as 9**9**9.
-_NAME = r"\(*(?:[^\W\d]|[°%])\w*\)*(?:(?:\^|\*\*)-?\d\)*)?"
+_NAME = r"\(*(?:sqrt\(\w+\)|√\w+|(?:[^\W\d]|[°%])\w*)\)*(?:(?:\^|\*\*)-?\d\)*)?"
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·\s]\s*{_NAME})*")
 
 _MIL = re.compile(r"\bmils?\b")  # a thousandth of an inch here, but an angle to pint
+_ROOT = re.compile(r"sqrt\((\w+)\)|√(\w+)")  # of noise densities
 
 
 def rpm(value: Any) -> Any:
@@ -87,11 +88,11 @@ def parse_quantity(text: str, unit: str) -> float:
     if not suffix:
         return value
     registry = _registry()
-    target = registry.Unit(unit or "dimensionless")
+    target = registry.Unit(_spelled(unit) or "dimensionless")
     try:
         if len(suffix) > 40 or not _UNIT.fullmatch(suffix):
             raise ValueError(suffix)
-        source = registry.Unit(_MIL.sub("thou", suffix))
+        source = registry.Unit(_spelled(suffix))
         compatible = source.is_compatible_with(target)
         result = float(registry.Quantity(value, source).to(target).magnitude) if compatible else 0.0
     except Exception:  # pint raises many kinds for nonsense
@@ -101,7 +102,14 @@ def parse_quantity(text: str, unit: str) -> float:
     if unit == "rad/s" and all(registry.Unit(name).dimensionality == {"[time]": 1} for name in source._units):
         # "3000 1/min" means revolutions to some and radians to pint
         raise SpecError("does not say whether revolutions or radians", got=text, remedy="write rpm, Hz or rad/s")
+    if "Hz" in unit and not any(name.endswith("hertz") for name in source._units):  # s^0.5 is per sqrt(rad/s) to pint
+        raise SpecError("does not say in which band", got=text, remedy=f"write it in {unit}")
     return result
+
+
+def _spelled(unit: str) -> str:
+    """A unit in the words of pint."""
+    return _ROOT.sub(r"((\1\2)**0.5)", _MIL.sub("thou", unit))
 
 
 _SHOWN = {
@@ -145,4 +153,21 @@ def in_words(value: float, unit: str, *, speed: bool = False) -> str:
     name, factor = unit_shown(unit)
     if unit == "m" and abs(value) < 0.02:
         factor, name = 1e-3, "mm"
-    return f"{value / factor:.4g} {name}".strip()
+    return f"{plain(value / factor)} {name}".strip()
+
+
+def plain(value: float, digits: int = 4) -> str:
+    """A number with a few significant digits, without an exponent below a million.
+
+    Parameters
+    ----------
+    value : float
+    digits : int
+        Significant digits; below a million all digits before the point are written.
+
+    Examples
+    --------
+    >>> plain(40000.0), plain(1.75e7), plain(0.123456)
+    ('40000', '1.75e+07', '0.1235')
+    """
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e6 else f"{value:.{digits}g}"

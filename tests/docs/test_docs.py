@@ -9,8 +9,9 @@ import matplotlib as mpl
 import pytest
 
 import amb_design as ad
+from amb_design.spec.comparison_files import COMPARISON_FILE
 from amb_design.spec.problem_files import loads_problem
-from amb_design.spec.reference import field_reference, quantity_reference
+from amb_design.spec.reference import condition_reference, field_reference, quantity_reference
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -58,7 +59,7 @@ def test_problem_file_example_is_complete():
     problem = loads_problem(text)
     assert problem.seeks_speed
     assert len(problem.variables) == 6
-    assert len(problem.constraints) == 5
+    assert len(problem.constraints) == 6
     assert problem.with_values(problem.start()).operation.top_speed == pytest.approx(ad.rpm(15000))
     fixed = loads_problem(text, "fixed-layup")
     assert len(fixed.variables) == 5
@@ -68,6 +69,21 @@ def test_problem_file_example_is_complete():
 
 def test_quantity_reference_is_up_to_date():
     assert PROBLEMS.endswith(quantity_reference())
+
+
+def test_comparison_page(tmp_path, capsys):
+    text = (ROOT / "docs" / "comparison.md").read_text(encoding="utf-8")
+    assert text.endswith(condition_reference())
+    (file,) = blocks(text, "toml")
+    (tmp_path / COMPARISON_FILE).write_text(file)
+    found = ad.load_comparison(tmp_path)
+    assert list(found.designs) == ["by hand", "optimised", "soft"]
+    assert found.seconds == {"soft": 90.0}
+    for machine in found.designs.values():
+        found.conditions.fit(machine)
+    (code,) = blocks(text, "python")
+    exec(compile(code, "comparison.md", "exec"), {})
+    assert "stability limit speed, certified" in capsys.readouterr().out
 
 
 def test_proof_example_runs(tmp_path, monkeypatch):
@@ -80,6 +96,21 @@ def test_proof_example_runs(tmp_path, monkeypatch):
     for shown in (*proof.statements, f"{proof.lower * 30 / 3.141592653589793:.3f} rpm"):
         assert shown in text
     assert (tmp_path / "proof.json").stat().st_size < 1000
+
+
+def test_simulation_example_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = blocks((ROOT / "docs" / "simulation.md").read_text(encoding="utf-8"), "python")
+    names = {}
+    with mpl.rc_context({"backend": "agg"}):
+        exec(compile(block, "simulation.md", "exec"), names)
+    assert len(list(tmp_path.glob("*.png"))) == 4
+    lift, up = names["lift"], names["up"]
+    assert {s.kind for s in lift.saturations} == {"current", "contact", "clearance"}  # as the page says
+    assert all(s.share < 0.02 for s in lift.saturations)
+    first = {s.kind: s for s in reversed(up.saturations) if s.magnet == 1}
+    assert first["current"].first < first["contact"].first < 0.27
+    assert up.speeds[up.times > first["contact"].first][0] == pytest.approx(ad.rpm(2600), rel=0.05)
 
 
 def test_relative_links_lead_somewhere():

@@ -13,10 +13,11 @@ import pytest
 import scipy.signal
 
 import amb_design as ad
+from amb_design.analysis.sampled import with_chains
 from amb_design.errors import ModelError
 from amb_design.interop.ccode import controller_code, function_code
 from amb_design.interop.control import controller_matrices
-from amb_design.interop.discrete import _before_amplifiers, discrete
+from amb_design.interop.discrete import discrete
 from amb_design.model.parametric import parametric
 from checks import within_absolute
 
@@ -43,7 +44,9 @@ def samples() -> np.ndarray:
 
 def test_sampled_controller_is_that_of_scipy(machine: ad.Machine) -> None:
     law = discrete(machine, PERIOD)
-    a, b, c, d = controller_matrices(parametric(_before_amplifiers(machine), complex_form=False), 0.0)
+    a, b, c, d = controller_matrices(
+        parametric(with_chains(machine, amplifier=None, delay=0.0), complex_form=False), 0.0
+    )
     system = scipy.signal.cont2discrete((a, b[:, :4], 900.0 * c, 900.0 * d[:, :4]), PERIOD, "zoh")
     _, expected, _ = scipy.signal.dlsim(system, samples())
     found = law.run(samples())
@@ -53,7 +56,13 @@ def test_sampled_controller_is_that_of_scipy(machine: ad.Machine) -> None:
 def test_sampled_controller_is_that_of_the_simulation(machine: ad.Machine) -> None:
     """Its commands on the displacements of a simulated run are those that the run's own sampled controller gave."""
     law = discrete(machine, PERIOD)
-    options = {"speed": 300.0, "modes": 3, "sampling": ad.Sampling(period=PERIOD), "linear": True, "gravity": False}
+    options = {
+        "speed": 300.0,
+        "modes": 3,
+        "sampling": ad.Sampling(period=PERIOD, method="hold"),
+        "linear": True,
+        "gravity": False,
+    }
     run = ad.simulate(machine, 100 * PERIOD, step=PERIOD, **options)
     nodes = [0, len(run.positions) - 1]
     moved = np.einsum("ncx,tx->tnc", run.shapes[nodes], run.coordinates).reshape(len(run.times), 4)

@@ -19,6 +19,8 @@ LIMITS: dict[str, Any] = {
     "control_current": 1.0,
     "control_current_ratio": 0.5,
     "total_current": 4.0,
+    "noise_current": {"limit": 1e-3, "noise": 1e-9},
+    "noise_current_ratio": {"limit": 1e-3, "noise": 1e-9},
     "flux_density": 1.2,
     "voltage": 100.0,
     "displacement_ratio": 0.5,

@@ -22,7 +22,7 @@ def script() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("seed", [1, 5, 7, 10, 13, 20])
+@pytest.mark.parametrize("seed", [1, 5, 7, 10, 13, 14])
 def test_designs_keep_their_promises(seed: int, script: ModuleType) -> None:
     """On a finer mesh, at speeds of one's own, by code that shares nothing with the optimiser."""
     record = script.run(seed)

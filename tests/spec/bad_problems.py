@@ -523,6 +523,13 @@ BAD_PROBLEMS: tuple[BadProblem, ...] = (
         "limits.stability_limit is what `speed` asks for",
     ),
     limit("option-unknown", "mass = { limit = 30, window = [1, 2] }", "limits.mass.window", "mass has no options"),
+    limit("noise-missing", 'noise_current = "20 mA"', "limits.noise_current.noise is missing", "in m/sqrt(Hz)"),
+    limit(
+        "noise-unit",
+        'noise_current = { limit = "20 mA", noise = "2 nm/Hz" }',
+        "limits.noise_current.noise = '2 nm/Hz' has the wrong unit",
+    ),
+    limit("noise-zero", "noise_current = { limit = 0.02, noise = 0 }", "noise_current.noise = 0 must be positive"),
     edit("window-unit", '"300 Hz"', '"300 m"', "limits.damping_ratio.window[1] = '300 m'", "wrong unit"),
     edit("window-order", '["1 Hz", "300 Hz"]', '["300 Hz", "1 Hz"]', "limits.damping_ratio.window", "is no range"),
     edit("window-one", '["1 Hz", "300 Hz"]', '["300 Hz"]', "limits.damping_ratio.window", "must hold 2 numbers"),

@@ -117,8 +117,13 @@ def _stability(limit: StabilityLimit) -> Iterator[Finding]:
         )
 
 
-def _capacity(magnet: Magnet) -> float | None:
-    """Force of an axis at i = i0 [N], as far as the magnet is known."""
+def capacity(magnet: Magnet) -> float | None:
+    """Force of an axis at i = i0 [N], as far as the magnet is known.
+
+    Parameters
+    ----------
+    magnet : Magnet
+    """
     if magnet.has_geometry:
         return float(magnetics.capacity(magnet))
     return float(magnet.current_stiffness * magnet.bias_current) if magnet.bias_current is not None else None
@@ -126,7 +131,7 @@ def _capacity(magnet: Magnet) -> float | None:
 
 def _weight(loop: System) -> Iterator[Finding]:
     machine = loop.machine
-    capacities = [_capacity(m) or np.inf for m in machine.magnets]  # of unknown ones nothing can be said
+    capacities = [capacity(m) or np.inf for m in machine.magnets]  # of unknown ones nothing can be said
     gravity = machine.operation.gravity
     if not machine.magnets or gravity == 0.0:
         return

@@ -12,6 +12,7 @@ from ..errors import ModelError
 from ..spec.machine import Machine
 from .certificate import Walk
 from .frequency import Loops
+from .scan import distinct
 from .system import Array, System, ascending, system
 from .threads import one_thread
 
@@ -22,19 +23,21 @@ CHECKED_TO = 2.0 * math.pi * 2000.0
 """Peaks are sought up to this frequency [rad/s], or three times the speed if that is higher."""
 
 
-def zone(peak: float) -> str:
+def zone(peak: float, zones: tuple[tuple[str, float], ...] = ZONES) -> str:
     """Zone of ISO 14839-3 of a peak sensitivity.
 
     Parameters
     ----------
     peak : float
         Largest modulus of the sensitivity function.
+    zones : tuple of (str, float)
+        Zones of another quantity with their upper limits.
 
     Returns
     -------
     {"A", "B", "C", "D"}
     """
-    return next((name for name, limit in ZONES if peak < limit), "D")
+    return next((name for name, limit in zones if peak < limit), "D")
 
 
 @dataclass(frozen=True)
@@ -195,7 +198,7 @@ def _grid(values: Array, speed: float, highest: float | None) -> Array:
     lowest = 0.03 * float(resonances.min(initial=top))
     around = np.concatenate([inside, inside - width, inside + width])
     grid = np.concatenate([np.geomspace(max(lowest, 1e-4 * top), top, 300), around[(around > 0.0) & (around < top)]])
-    return np.unique(grid)
+    return distinct(grid)
 
 
 def _refine(view: Axes, grid: Array, size: Array, j: int, name: str) -> Peak:

@@ -22,6 +22,7 @@ from .modes import OVERDAMPED, Mode
 from .sensitivity import Sensitivity, sensitivity
 from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, Onset, StabilityLimit, stability_limit
+from .standards import MARGIN, Criterion, criteria, running_speed
 from .system import system
 from .threads import one_thread
 
@@ -50,6 +51,8 @@ class Analysis:
         limit was found.
     equivalent : Equivalent or None
         What the equivalent-coefficient method would say; None where it does not apply.
+    criteria : tuple of Criterion
+        What standards ask, and whether the machine answers.
     findings : tuple of Finding
     """
 
@@ -62,6 +65,7 @@ class Analysis:
     sensitivities: tuple[Sensitivity, ...]
     gradient: Mapping[str, float]
     equivalent: Equivalent | None
+    criteria: tuple[Criterion, ...]
     findings: tuple[Finding, ...]
 
     def _ranked(self) -> list[dict[str, Any]]:
@@ -122,6 +126,7 @@ class Analysis:
                 for s in self.sensitivities
                 for p in s.peaks
             ],
+            "criteria": [criterion_document(c) for c in self.criteria],
             "limit_sensitivities": self._ranked(),
             "warnings": [f.text for f in self.findings],
             "warning_topics": [f.topic for f in self.findings],
@@ -156,8 +161,8 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
     controlled = bool(loop.plant.blocks)
     speeds: list[float] = []
     if controlled and limit.status not in (UNSTABLE, MARGINAL):
-        service = machine.operation.service_speed
-        speeds = [0.0, min(service or math.inf, limit.speed * (0.9 if limit.status == FOUND else 1.0))]
+        speeds = [0.0, min(running_speed(limit), limit.speed * (MARGIN if limit.status == FOUND else 1.0))]
+    sensitivities = tuple(sensitivity(loop, s) for s in speeds)
     equivalent = None
     if controlled:
         try:
@@ -171,11 +176,36 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
         limit=limit,
         critical=critical,
         modes=tuple(m for m in spectrum(loop) if m.whirl != "none" and m.damping_ratio < OVERDAMPED)[:modes],
-        sensitivities=tuple(sensitivity(loop, s) for s in speeds),
+        sensitivities=sensitivities,
         gradient=stability_gradient(machine, limit.mode) if limit.status == FOUND else {},
         equivalent=equivalent,
+        criteria=criteria(loop, limit, sensitivities),
         findings=findings(loop, limit, critical, modes),
     )
+
+
+def criterion_document(criterion: Criterion) -> dict[str, Any]:
+    """A criterion as data, speeds in rpm.
+
+    Parameters
+    ----------
+    criterion : Criterion
+    """
+    speed = criterion.unit == "rad/s"
+
+    def number(x: float | None) -> float | None:
+        return None if x is None or not math.isfinite(x) else x * RPM if speed else x
+
+    return {
+        "standard": criterion.standard,
+        "subject": criterion.subject,
+        "value": number(criterion.value),
+        "limit": number(criterion.limit),
+        "unit": "rpm" if speed else criterion.unit,
+        "kind": "at most" if criterion.upper else "at least",
+        "verdict": criterion.verdict,
+        "where": criterion.where,
+    }
 
 
 def limit_document(limit: StabilityLimit) -> dict[str, Any]:

@@ -13,7 +13,6 @@ from ..model.motion import controller, state_names
 from ..model.parametric import parametric
 from ..spec.machine import Machine
 from ..synthesis.design import synthesise
-from ..synthesis.reduction import without_controllers
 from .late import package
 
 PARTS = ("closed_loop", "plant", "controller")
@@ -53,7 +52,7 @@ def to_ss(machine: Machine, speed: float = 0.0, part: str = "closed_loop", modes
     if part == "controller":
         matrices, states, inputs, outputs = _controller(machine, speed)
     else:
-        bare = without_controllers(machine) if part == "plant" else machine
+        bare = machine.without_controllers() if part == "plant" else machine
         loop = system(bare, complex_form=False)
         if modes is not None:
             loop = loop.truncated(min(2 * modes, loop.displacements))

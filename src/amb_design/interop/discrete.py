@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sla
 
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..errors import ModelError
 from ..model.parametric import parametric
-from ..spec.controller import Chain, Controller
+from ..spec.controller import Chain
 from ..spec.machine import Machine
 from ..synthesis.design import synthesise
 from .control import controller_matrices
@@ -80,7 +80,7 @@ def discrete(machine: Machine, period: float, speed: float = 0.0) -> Discrete:
     if not (np.isfinite(period) and period > 0.0):
         raise ModelError(f"period = {period:g} s must be positive and finite")
     machine = synthesise(machine)
-    loop = parametric(_before_amplifiers(machine), complex_form=False)
+    loop = parametric(with_chains(machine, amplifier=None, delay=0.0), complex_form=False)
     if not loop.plant.blocks:
         raise ModelError(f"{machine.name} has no controller")
     a, b, c, d = controller_matrices(loop, speed)
@@ -101,17 +101,6 @@ def discrete(machine: Machine, period: float, speed: float = 0.0) -> Discrete:
         tuple(f"displacement {x}" for x in axes),
         tuple(f"current {x}" for x in axes),
     )
-
-
-def _before_amplifiers(machine: Machine) -> Machine:
-    def cut(law: Controller | None) -> Controller | None:
-        return dataclasses.replace(law, amplifier=None, delay=0.0) if isinstance(law, Chain) else law
-
-    magnets = tuple(
-        dataclasses.replace(m, controller=cut(m.controller), controller_z=cut(m.controller_z)) for m in machine.magnets
-    )
-    first, second = cut(machine.controller), cut(machine.controller_z)
-    return dataclasses.replace(machine, magnets=magnets, controller=first, controller_z=second)
 
 
 def _gain(machine: Machine, axis: int) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from ..analysis.critical import critical_speeds
+from ..analysis.noise import noise_current
 from ..analysis.sensitivity import CHECKED_TO, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
 from ..analysis.system import Array, System, system
@@ -29,13 +30,14 @@ from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem, Measure, Scenario
 from ..synthesis.design import synthesise
 from .measures.critical import AMPLIFIED
+from .measures.noise import QUANTITIES as NOISY
 from .measures.whirl import QUANTITIES as DRIVEN
 
 SPEEDS = 31
 """Speeds at which damping ratios are looked at before the worst is refined."""
 
 LOOPS = np.array([0.0, 0.137, 0.311, 0.5, 0.643, 0.821, 0.93, 1.0])
-"""Fractions of the range at which sensitivities are looked at."""
+"""Fractions of the range at which sensitivities and noise currents are looked at."""
 
 WHIRL = 240
 """Speeds of the unbalance response, beside the critical ones."""
@@ -150,6 +152,8 @@ def _value(loop: System, measure: Measure, end: float) -> tuple[float, float | N
     if q == "sensitivity_peak":
         speeds = [(float(s), max(CHECKED_TO, 3.0 * float(s), measure.option("up_to"))) for s in LOOPS * end]
         return max((sensitivity(loop, s, highest=top).worst.value, s) for s, top in speeds)
+    if q in NOISY:
+        return max((_noise(loop, measure, float(s)), float(s)) for s in LOOPS * end)
     if q == "separation_margin":
         service = float(machine.operation.service_speed)
         found = [
@@ -196,6 +200,14 @@ def _damping(loop: System, measure: Measure, end: float) -> tuple[float, float]:
         )
         best = min(best, (float(found.fun), float(found.x)))
     return float(best[0]), best[1]
+
+
+def _noise(loop: System, measure: Measure, speed: float) -> float:
+    """Largest noise current of any loop, or ratio of it to the bias, at one speed."""
+    currents = noise_current(loop, measure.option("noise"), speed)
+    if measure.quantity == "noise_current_ratio":
+        currents = currents / [float(loop.machine.magnets[a.magnet].bias_current) for a in loop.plant.loops]
+    return float(currents.max())
 
 
 def with_pattern(machine: Machine, amounts: tuple[float, ...], factor: float = 1.0) -> Machine:

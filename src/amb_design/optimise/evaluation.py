@@ -13,7 +13,7 @@ from ..analysis.system import Array
 from ..spec.problem import DesignProblem, Limit, Measure, Scenario
 from .coordinates import Coordinates, modal
 from .loop_family import LoopFamily, loop_family
-from .measures import critical, loops, modes, statics, whirl
+from .measures import critical, loops, modes, noise, statics, whirl
 from .measures.modes import instability
 from .measures.samples import Samples
 from .state import State
@@ -23,7 +23,7 @@ FRACTIONS = np.linspace(0.0, 1.0, 13)
 """Speeds, as fractions of the range, at which eigenvalues are held down; others are added where a check finds violations."""
 
 CHECKED = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-"""Fractions of the range at which sensitivities are held down."""
+"""Fractions of the range at which sensitivities and noise currents are held down."""
 
 GUARDED = np.array([1.0])
 """Fractions of the range at which stability of the complete model is watched while the search works on a reduced one."""
@@ -111,6 +111,9 @@ class Case:
             self.measures[problem.objective.quantity] = problem.objective
         bounds = {c.quantity: 0.2 * c.bound for c in problem.constraints if c.quantity in whirl.QUANTITIES}
         self.unbalance = whirl.UnbalanceMeasures(self.loops, bounds) if bounds else None
+        noisy = [m for q, m in self.measures.items() if q in noise.QUANTITIES]
+        above = {m.quantity: 0.2 * m.bound for m in noisy if isinstance(m, Limit)}
+        self.noise = noise.NoiseMeasures(self.loops, noisy, above) if noisy else None
         self._complete: Coordinates | None = None
         self.statics = statics.Statics(self.loops, [m for q, m in self.measures.items() if q in statics.QUANTITIES])
 
@@ -147,7 +150,7 @@ class Case:
         end : float
             End of the range of speeds [rad/s].
         fractions, checked : ndarray
-            Fractions of the range for eigenvalues and for sensitivities.
+            Fractions of the range for eigenvalues, and for sensitivities and noise currents.
 
         Returns
         -------
@@ -168,6 +171,8 @@ class Case:
             out["sensitivity_peak"] = self._sensitivity(state, checked, end)
         if self.unbalance is not None:
             out |= self.unbalance.samples(state, end)
+        if self.noise is not None:
+            out |= self.noise.samples(state, checked, end)
         if "separation_margin" in self.measures:
             service = float(self.problem.machine.operation.service_speed)
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
@@ -213,7 +218,7 @@ class Evaluator:
     Attributes
     ----------
     fractions, checked : ndarray
-        Fractions of the range of speeds at which eigenvalues and sensitivities are held down.
+        Fractions of the range of speeds at which eigenvalues, and at which sensitivities and noise currents are held down.
     margins : dict of str to float
         By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
     watched : dict of str to (Case, ndarray)

@@ -11,6 +11,7 @@ from ..errors import SolveError
 from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
 from .audit import Audit, audit, stable_up_to
+from .measures.noise import QUANTITIES as NOISY
 from .start import INFEASIBLE, Outcome, Starter
 
 TOLERANCE = 1e-6
@@ -181,7 +182,7 @@ def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) 
     fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
         ev.fractions = np.unique(np.append(ev.fractions, fraction))
-    if fraction is not None and e.quantity == "sensitivity_peak":
+    if fraction is not None and e.quantity in ("sensitivity_peak", *NOISY):
         ev.checked = np.unique(np.append(ev.checked, fraction))
     if e.quantity == "stability":  # how much damping is missing, nobody can say
         ev.margins["stability"] = 4.0 * ev.margins.get("stability", MARGIN)

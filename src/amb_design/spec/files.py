@@ -28,12 +28,12 @@ from ..errors import SpecError
 from .fields import Number
 from .machine import Machine
 from .paths import find, metadata, replace
-from .tables import by_path, closest, machine_of, quoted, si_number, tables_of
+from .tables import by_path, closest, controller_of, machine_of, quoted, si_number, tables_of
 from .toml import FORMAT, Tables, read, read_variants, text_of
 
 FILE_NAME = "machine.toml"
 PROBLEM_FILE = "problem.toml"
-START = ("machine", "machine_variant", "changes")
+START = ("machine", "machine_variant", "controller", "changes")
 """What in a problem file makes the machine that the design starts from."""
 
 
@@ -288,7 +288,9 @@ def start_machine(tables: Tables, folder: str | os.PathLike[str] | None = None) 
             raise SpecError("is missing", field="machine", remedy=remedy) from None
         raise SpecError(error.problem, field="machine", got=tables["machine"], remedy=error.remedy) from None
     machine = read(text_of(path), tables.get("machine_variant"), str(path), _machine_only)
-    machine = _changed(machine, by_path(tables, "changes"))
+    if "controller" in tables:
+        machine = controlled(machine, tables["controller"])
+    machine = changed(machine, by_path(tables, "changes"))
     return dataclasses.replace(machine, name=tables.get("name", machine.name))
 
 
@@ -306,8 +308,31 @@ def _starts_elsewhere(changes: Tables) -> bool:
     return any(key in changes for key in START)
 
 
-def _changed(machine: Machine, changes: Tables) -> Machine:
-    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out."""
+def controlled(machine: Machine, table: object) -> Machine:
+    """The machine under another controller, behind the hardware of its own one but for what the table says of it.
+
+    Parameters
+    ----------
+    machine : Machine
+    table : dict
+        Of the controller.
+    """
+    try:
+        law = controller_of(table, machine.controller)
+        return replace(machine, {"controller": law, "controller_z": None})
+    except SpecError as error:
+        raise (error if error.field.startswith("controller") else error.inside("controller")) from None
+
+
+def changed(machine: Machine, changes: Tables) -> Machine:
+    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out.
+
+    Parameters
+    ----------
+    machine : Machine
+    changes : dict
+        Numbers, or texts with units, by path.
+    """
     values: dict[str, Number] = {}
     for name, raw in changes.items():
         try:

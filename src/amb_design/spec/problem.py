@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import SpecError
 from .admissible import check_bounds
+from .controller import LQR, StateFeedback, weights
 from .fields import Shown, is_number
 from .influence import check_influence
 from .machine import Machine
@@ -299,6 +300,13 @@ class DesignProblem:
                 raise SpecError(
                     "is a symbol in the machine", field=path, remedy="give a number and name the field in `free`"
                 )
+        if isinstance(self.machine.controller, LQR | StateFeedback):
+            raise SpecError(
+                "is an ideal that nobody can build",
+                field="machine.controller",
+                got=self.machine.controller.type,
+                remedy="design with pid, state_space or lqg, and analyse the ideal by itself",
+            )
         for key in ("name", "question"):
             if not isinstance(getattr(self, key), str):
                 raise SpecError("must be text", field=key, got=getattr(self, key), remedy="write it in quotes")
@@ -456,6 +464,12 @@ class DesignProblem:
                             field=f"{where}.{name}",
                             remedy="scale numbers of the rotor, bearings, magnets or controllers",
                         )
+                    if path in {f"controller.{name}" for name in weights(self.machine.controller)}:
+                        raise SpecError(
+                            "is a weight of the law, which is designed for the machine as drawn",
+                            field=f"{where}.{name}",
+                            remedy="scale numbers of the machine or of the hardware around the law",
+                        )
                     if path.rpartition(".")[2] in _RESIDUAL:
                         raise SpecError(
                             "is no number to scale by itself",
@@ -584,6 +598,10 @@ def _measure(where: str, name: Any, table: Mapping[str, Any]) -> Measure:
             remedy = closest(key, list(known)) if known else f"{name} has no options"
             raise SpecError("is an unknown option", field=here, got=raw, remedy=remedy)
         options.append((key, _option(here, raw, known[key].unit, known[key].many)))
+    for key, option in known.items():
+        if option.default is None and key not in table:
+            remedy = f"give it in {option.unit}: the {option.doc}"
+            raise SpecError("is missing", field=f"{where}.{key}", remedy=remedy)
     return Measure(name, tuple(options))
 
 

@@ -5,6 +5,8 @@ keys in quotes and may be short. A file has
 
 - ``format``, ``name`` and a table ``[source]`` of texts, all mandatory, and perhaps a ``question``;
 - ``machine`` and ``machine_variant``: where the design starts; the ``machine.toml`` beside the file if left out;
+- ``[controller]``: another controller than the machine's; sensor gain, low-pass, delay and amplifier that it leaves out are those
+  of the machine's own;
 - ``[changes]``: numbers of the machine that are replaced before the design starts;
 - ``maximise`` or ``minimise``: a quantity, or a table with ``quantity`` and its options; ``speed`` ends the range of speeds;
 - ``[free]``: bounds by path; ``[ties]``: numbers that follow free ones;
@@ -115,6 +117,19 @@ def load_optimum(path_or_name: str | os.PathLike[str], variant: str | None = Non
         raise SpecError(f"is no TOML ({error})", file=str(file), remedy="optimise the problem anew") from None
     except SpecError as error:
         raise (error if error.file else error.in_file(str(file))) from None
+
+
+def has_optimum(path_or_name: str | os.PathLike[str]) -> bool:
+    """True if there is a problem with an ``optimum.toml`` beside it.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+    """
+    try:
+        return (locate(path_or_name, (PROBLEM_FILE,)).parent / OPTIMUM_FILE).is_file()
+    except SpecError:
+        return False
 
 
 def _stored(tables: Tables, problem: DesignProblem, variant: str) -> dict[str, float]:

@@ -17,7 +17,7 @@ class Option:
     many : int
         How many values it takes; 0 for one value, -1 for any number of them.
     default : object
-        If left out.
+        If left out; None for an option that must be given.
     doc : str
     """
 
@@ -63,6 +63,7 @@ _UP_TO = Option(
     "rad/s", 0, 0.0, "highest frequency, where that is above 2 kHz and three times the speed, the range of ISO 14839-3"
 )
 _OVERSPEED = Option("", 0, 1.0, "factor on the highest speed of the range")
+_NOISE = Option("m/sqrt(Hz)", 0, None, "one-sided amplitude spectral density of the white noise of each sensor")
 
 QUANTITIES: dict[str, Quantity] = {
     q.name: q
@@ -103,6 +104,23 @@ QUANTITIES: dict[str, Quantity] = {
             True,
             "bias plus control current under the residual unbalance",
             ("loops", "unbalance", "bias"),
+        ),
+        Quantity(
+            "noise_current",
+            "A",
+            True,
+            "rms control current of any magnet axis from noise of the displacement sensors, over the range of speeds",
+            ("loops",),
+            options={"noise": _NOISE},
+            objective=True,
+        ),
+        Quantity(
+            "noise_current_ratio",
+            "",
+            True,
+            "rms control current from noise of the displacement sensors over the bias current",
+            ("loops", "bias"),
+            options={"noise": _NOISE},
         ),
         Quantity(
             "flux_density",

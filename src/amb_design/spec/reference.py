@@ -1,7 +1,7 @@
 """The fields of a machine file and the quantities of a problem file as Markdown tables, from the specification itself.
 
 ``python -m amb_design.spec.reference`` prints the tables that docs/machine-files.md holds, with the argument ``quantities``
-the one of docs/problem-files.md.
+the one of docs/problem-files.md, with ``conditions`` those of docs/comparison.md.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import dataclasses
 import sys
 
 from .bearing import Bearing, Pin
+from .comparison import BaseShock, Conditions, ForceStep
 from .controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .disk import Disk
 from .fields import Spec
@@ -52,6 +53,21 @@ def field_reference() -> str:
     return "\n".join(_table(heading, kind) for heading, kind in TABLES.items())
 
 
+def condition_reference() -> str:
+    """Markdown tables of the conditions of a comparison.
+
+    Returns
+    -------
+    str
+    """
+    tables: dict[str, type[Spec]] = {
+        "[conditions]": Conditions,
+        "[conditions.force_step]": ForceStep,
+        "[conditions.base_shock]": BaseShock,
+    }
+    return "\n".join(_table(heading, kind) for heading, kind in tables.items())
+
+
 def _table(heading: str, kind: type[Spec]) -> str:
     rows = [f"### {heading}", "", "| field | unit | default | meaning |", "|---|---|---|---|"]
     for f in dataclasses.fields(kind):
@@ -90,8 +106,10 @@ def quantity_reference() -> str:
 
 def _option(name: str, option: Option) -> str:
     unit = "" if option.unit in ("", "name") else f" [{option.unit}]"
-    return f"option `{name}`{unit}: {option.doc}"
+    return f"{'required ' if option.default is None else ''}option `{name}`{unit}: {option.doc}"
 
 
 if __name__ == "__main__":
-    print(quantity_reference() if "quantities" in sys.argv[1:] else field_reference(), end="")
+    references = {"quantities": quantity_reference, "conditions": condition_reference}
+    chosen = next((references[word] for word in sys.argv[1:] if word in references), field_reference)
+    print(chosen(), end="")

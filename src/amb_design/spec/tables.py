@@ -14,14 +14,17 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from ..errors import SpecError
 from ..units import parse_quantity
+from .controller import HARDWARE
 from .fields import Spec, is_number
 from .machine import Machine
 from .material import Isotropic, Material, Orthotropic
 from .shaft import Ply, Segment
+
+S = TypeVar("S", bound=Spec)
 
 _LAYUP = {"material": "material", "angles": "angle", "thickness": "thickness"}  # key of a layup: field of a ply
 _ALIASES: dict[type, dict[str, str]] = {Segment: {"layup": "plies"}}  # key in a file: field that it fills
@@ -55,6 +58,53 @@ def machine_of(tables: dict[str, Any]) -> Machine:
     return machine
 
 
+def spec_of(cls: type[S], table: Any) -> S:
+    """An object of a class of specifications that names neither materials nor layups, from its table.
+
+    Parameters
+    ----------
+    cls : type
+    table : dict
+
+    Raises
+    ------
+    SpecError
+        With the path of the field that is wrong.
+    """
+    found: S = _Names().spec(cls, table)
+    return found
+
+
+def controller_of(table: Any, former: Any = None) -> Any:
+    """A controller from its table.
+
+    Parameters
+    ----------
+    table : dict
+    former : Controller, optional
+        Whose hardware (`HARDWARE`) it takes over where the table gives none.
+
+    Returns
+    -------
+    Controller
+
+    Raises
+    ------
+    SpecError
+        With the path of the field that is wrong.
+    """
+    names = _Names()
+    _, _, classes = _kind(Machine, "controller")
+    kind = _of_type(classes, table)
+    known = {f.name for f in dataclasses.fields(kind)}
+    built = {
+        name: getattr(former, name)
+        for name in HARDWARE
+        if name in known and name not in table and getattr(former, name, None) is not None
+    }
+    return names.spec(kind, table, given=built)
+
+
 def _read_all(tables: dict[str, Any], section: str, read: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
     found = {}
     for name, table in as_table(tables.get(section, {}), section).items():
@@ -70,11 +120,12 @@ class _Names:
         self.materials: dict[str, Material] = {}
         self.layups: dict[str, tuple[Ply, ...]] = {}
 
-    def spec(self, cls: Any, table: Any, extra: Iterable[str] = ()) -> Any:
-        """An object of class `cls` from its table; `extra` are further keys that are known in its place."""
+    def spec(self, cls: Any, table: Any, extra: Iterable[str] = (), given: Mapping[str, Any] | None = None) -> Any:
+        """An object of class `cls` from its table; `extra` are further keys that are known in its place, `given` fields that
+        are known already."""
         fields = {f.name: f for f in dataclasses.fields(cls)}
         aliases = _ALIASES.get(cls, {})
-        values: dict[str, Any] = {}
+        values: dict[str, Any] = dict(given or {})
         for key, raw in as_table(table).items():
             name = aliases.get(key, key)
             with inside(key):
