@@ -427,6 +427,37 @@ def check_saved_proof(
     _print(as_json, {"proven": statements}, lambda: console_proof.checked(statements))
 
 
+@app.command()
+def export(
+    target: Target,
+    to: Annotated[str, typer.Option(help="control, c, fmu, mat or ross")],
+    out: Annotated[Path, typer.Option(help="folder for the files")],
+    variant: Annotated[str | None, typer.Option(help="a variant of the file")] = None,
+    optimum: Annotated[
+        bool, typer.Option("--optimum", help="of a problem's stored optimum instead of its start")
+    ] = False,
+    speed: Annotated[str, typer.Option(help="spin speed: '9000 rpm'")] = "0 rpm",
+    period: Annotated[str, typer.Option(help="sampling period of controllers: '50 us'")] = "50 us",
+    modes: Annotated[int, typer.Option(min=1, help="lowest modes that are kept, in each plane")] = 8,
+    as_json: Json = False,
+) -> None:
+    """Write a machine for another program: state spaces, C code, FMI units, MATLAB files, a rotor of ROSS."""
+    from . import console
+    from .console_export import export as write
+    from .spec.files import load
+    from .spec.problem_files import load_optimum
+
+    machine = load_optimum(target, variant) if optimum else load(target, variant)
+    if out.exists() and not out.is_dir():
+        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    spin, sampled = _quantity(speed, "rad/s", "--speed"), _quantity(period, "s", "--period")
+    with _staging(out) as folder, console.working("exporting"):
+        assert folder is not None
+        files = write(machine, to, folder, spin, sampled, modes)
+    document = {"name": machine.name, "to": to, "files": [str(out / f) for f in files]}
+    _print(as_json, document, lambda: typer.echo("\n".join(document["files"])))
+
+
 def _spin(speed: str | None, run_up: tuple[str, str] | None, start: float, duration: float) -> Any:
     """Spin speed as `simulate` wants it."""
     if (speed is None) == (run_up is None):

@@ -1,0 +1,61 @@
+"""The export command writes what its bridges write, or nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from typer.testing import CliRunner
+
+import amb_design as ad
+from amb_design.cli import app
+from amb_design.errors import SpecError
+
+RUN = CliRunner()
+
+
+def files(to: str, tmp_path: Path, target: str = "thesis-tuned", *more: str) -> list[str]:
+    result = RUN.invoke(app, ["export", target, "--to", to, "--out", str(tmp_path / "out"), "--json", *more])
+    assert result.exit_code == 0, result.exception
+    written = json.loads(result.stdout)["files"]
+    assert all(Path(f).stat().st_size > 0 for f in written)
+    return [Path(f).name for f in written]
+
+
+def test_state_spaces(tmp_path: Path) -> None:
+    assert files("control", tmp_path, "thesis-tuned", "--speed", "600 rpm", "--modes", "4") == [
+        "closed_loop.npz",
+        "controller.npz",
+        "plant.npz",
+    ]
+    found = np.load(tmp_path / "out" / "plant.npz")
+    assert found["A"].shape == (16, 16)
+    assert found["speed"][0] == pytest.approx(62.83185)
+    assert files("mat", tmp_path, "thesis-tuned", "--modes", "4") == ["closed_loop.mat", "controller.mat", "plant.mat"]
+    again = loadmat(tmp_path / "out" / "plant.mat")
+    assert again["A"].shape == (16, 16)
+    assert again["inputs"][0].strip() == "current magnets[0] y"
+
+
+def test_c_and_ross(tmp_path: Path) -> None:
+    assert files("c", tmp_path, "thesis-tuned", "--modes", "2") == [
+        "controller.c",
+        "controller.h",
+        "model.c",
+        "model.h",
+    ]
+    assert files("ross", tmp_path, "friswell-5-9-1") == ["rotor.toml"]
+
+
+def test_mistakes_leave_nothing(tmp_path: Path) -> None:
+    for arguments, message in (
+        (["thesis-tuned", "--to", "step"], "is no target; choose one of c, control, fmu, mat, ross"),
+        (["thesis-tuned", "--to", "ross"], "holds magnets, which ROSS does not have"),
+    ):
+        result = RUN.invoke(app, ["export", *arguments, "--out", str(tmp_path / "out")])
+        assert isinstance(result.exception, SpecError | ad.ModelError)
+        assert message in str(result.exception)
+        assert not (tmp_path / "out").exists()

@@ -1,0 +1,71 @@
+"""Units run by FMPy do what the simulation does."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import amb_design as ad
+from amb_design.interop.discrete import discrete
+from amb_design.interop.fmu import controller_fmu, model_fmu
+from checks import within_absolute
+
+pytestmark = [
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed"),
+    pytest.mark.filterwarnings("ignore"),
+]
+PERIOD = 5e-5
+
+
+@pytest.fixture(scope="module")
+def fmpy() -> Any:
+    pytest.importorskip("fmpy.validation", reason="FMPy is not installed")
+    return pytest.importorskip("fmpy", reason="FMPy is not installed")
+
+
+@pytest.fixture(scope="module")
+def machine() -> ad.Machine:
+    changes = {"rotor.shaft.elements": 4, "rotor.disks.unbalance": 2e-5, "operation.gravity": 0.5}
+    return ad.replace(ad.load("thesis-tuned"), changes)
+
+
+def test_model_unit_moves_as_the_simulation(fmpy: Any, machine: ad.Machine, tmp_path: Path) -> None:
+    file = tmp_path / "rotor.fmu"
+    model_fmu(machine, file, speed=250.0, modes=2)
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    run = ad.simulate(machine, 0.01, speed=250.0, modes=2, step=5e-4, tolerance=1e-9)
+    outputs = [f"{what} magnets[{k}] {d}" for what in ("current", "force") for k in range(2) for d in "yz"]
+    options = {"solver": "CVode", "stop_time": 0.01, "output_interval": 5e-4, "relative_tolerance": 1e-9}
+    found = fmpy.simulate_fmu(str(file), output=outputs, fmi_type="ModelExchange", **options)
+    table = np.array([[row[n] for n in outputs] for row in found])
+    expected = np.hstack([run.currents.reshape(-1, 4), run.magnet_forces.reshape(-1, 4)])
+    assert table.shape == expected.shape
+    scale = np.abs(expected).max(axis=0)
+    assert scale.min() > 1e-3
+    within_absolute(table / scale, expected / scale, 1e-5, "currents and forces")
+
+
+def test_controller_unit_answers_sample_by_sample(fmpy: Any, machine: ad.Machine, tmp_path: Path) -> None:
+    file = tmp_path / "law.fmu"
+    controller_fmu(machine, file, PERIOD)
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    law, count = discrete(machine, PERIOD), 60
+    seen = 1e-5 * np.random.default_rng(5).standard_normal((count + 1, 4))
+    signal = np.array(
+        [(k * PERIOD, *row) for k, row in enumerate(seen)], dtype=[("time", float), *[(n, float) for n in law.inputs]]
+    )
+    found = fmpy.simulate_fmu(
+        str(file), stop_time=count * PERIOD, output_interval=PERIOD, input=signal, output=list(law.outputs)
+    )
+    table = np.array([[row[n] for n in law.outputs] for row in found])[1:]
+    expected = law.run(seen)[:count]
+    within_absolute(table / np.abs(expected).max(), expected / np.abs(expected).max(), 1e-9, "commands")
+
+
+def test_mistakes_are_named(machine: ad.Machine, tmp_path: Path) -> None:
+    with pytest.raises(ad.SpecError, match=r"is no \.fmu file"):
+        controller_fmu(machine, tmp_path / "law.zip", PERIOD)
