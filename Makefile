@@ -1,4 +1,4 @@
-# make demo: set up .venv and design a controller for the thesis rotor.  make test: set up .venv and run the tests.
+# make demo: set up .venv, design a PID for the thesis rotor, and set it beside observers.  make test: set up .venv and run the tests.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -11,6 +11,7 @@ export OMP_NUM_THREADS := 1
 
 demo: $(VENV)/ready
 	$(BIN)/amb-design optimise thesis-pid --starts 4 --out demo
+	$(BIN)/amb-design compare thesis-pid-vs-lqg --out demo/comparison
 
 test: $(VENV)/ready
 	$(BIN)/python -m pytest -n auto

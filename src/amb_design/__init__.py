@@ -20,13 +20,13 @@ from .analysis.findings import Finding, findings
 from .analysis.gradient import critical_speed_gradient, eigenvalue_gradient, stability_gradient
 from .analysis.modes import Mode
 from .analysis.noise import noise_current
+from .analysis.sampled_limit import SampledLimit, SampledStability, sampled_stability, sampled_stability_limit
 from .analysis.sensitivity import Sensitivity, SensitivityOverSpeed, sensitivity, sensitivity_over_speed
 from .analysis.spectrum import spectrum
 from .analysis.stability import Onset, StabilityLimit, stability_limit
 from .analysis.system import System, system
 from .analysis.unbalance import UnbalanceResponse, unbalance_response
 from .errors import AmbDesignError, ModelError, SolveError, SpecError
-from .model.loop import ClosedLoop, closed_loop, open_loop
 from .spec.bearing import Bearing, Pin
 from .spec.controller import LQG, LQR, PID, Amplifier, LowPass, Matrices, Notch, StateSpace
 from .spec.disk import Disk
@@ -37,8 +37,9 @@ from .spec.material import Isotropic, Orthotropic
 from .spec.paths import find, numbers, replace
 from .spec.problem import DesignProblem
 from .spec.problem_files import load_optimum, load_problem, load_problem_variants
+from .spec.sampling import Sampling
 from .spec.shaft import Ply, Segment, Shaft, layup
-from .synthesis.design import synthesise
+from .synthesis.design import ideal, synthesise
 from .units import rpm
 
 __version__ = "0.1.0"
@@ -51,7 +52,6 @@ __all__ = [
     "Amplifier",
     "Bearing",
     "Campbell",
-    "ClosedLoop",
     "CriticalSpeed",
     "DesignProblem",
     "Disk",
@@ -71,6 +71,9 @@ __all__ = [
     "Pin",
     "Ply",
     "Rotor",
+    "SampledLimit",
+    "SampledStability",
+    "Sampling",
     "Segment",
     "Sensitivity",
     "SensitivityOverSpeed",
@@ -84,7 +87,6 @@ __all__ = [
     "UnbalanceResponse",
     "__version__",
     "campbell",
-    "closed_loop",
     "critical_speed_gradient",
     "critical_speeds",
     "dumps",
@@ -92,6 +94,7 @@ __all__ = [
     "equivalent_coefficients",
     "find",
     "findings",
+    "ideal",
     "layup",
     "load",
     "load_optimum",
@@ -101,10 +104,11 @@ __all__ = [
     "loads",
     "noise_current",
     "numbers",
-    "open_loop",
     "packaged",
     "replace",
     "rpm",
+    "sampled_stability",
+    "sampled_stability_limit",
     "save",
     "sensitivity",
     "sensitivity_over_speed",
@@ -119,26 +123,38 @@ __all__ = [
 
 _LATE = {  # what only designs, proofs and simulations need loads with the first of them
     "BaseMotion": "transient.loads",
+    "ClosedLoop": "study.loop",
+    "BaseShock": "spec.comparison",
+    "Comparison": "spec.comparison",
+    "Conditions": "spec.comparison",
     "Contact": "transient.loads",
     "Analysis": "analysis.summary",
     "Design": "optimise.design",
     "Family": "optimise.family",
     "Force": "transient.loads",
+    "ForceStep": "spec.comparison",
     "Impulse": "transient.loads",
     "Proof": "proof.claims",
-    "Sampling": "transient.loads",
     "Shaking": "transient.loads",
     "Transient": "transient.result",
     "analyse": "analysis.summary",
     "audit": "optimise.audit",
+    "base_shock": "analysis.disturbance",
     "check_proof": "proof.claims",
+    "closed_loop": "study.loop",
+    "compare": "comparison.compare",
     "crossing": "optimise.stable_speed",
+    "force_step": "analysis.disturbance",
     "largest_stable": "optimise.stable_speed",
+    "load_comparison": "spec.comparison_files",
     "load_transient": "transient.result",
+    "margins": "analysis.margins",
     "minimise_abscissa": "optimise.abscissa",
+    "open_loop": "study.loop",
     "pareto": "optimise.answers",
     "prove_stability_limit": "proof.claims",
     "relaxations": "optimise.answers",
+    "resonance_limit": "study.quantities",
     "save_report": "report.save",
     "simulate": "transient.simulate",
     "solve": "optimise.solve",
@@ -148,8 +164,8 @@ _LATE = {  # what only designs, proofs and simulations need loads with the first
 def __getattr__(name: str) -> Any:
     import importlib
 
-    if name == "plots":  # matplotlib loads only when something is drawn
-        return importlib.import_module(".plots", __name__)
+    if name in ("interop", "plots"):  # matplotlib and other packages load only when they are used
+        return importlib.import_module(f".{name}", __name__)
     if name in _LATE:
         return getattr(importlib.import_module(f".{_LATE[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,9 +6,11 @@ solution that did not arrive.
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import json
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -131,8 +133,7 @@ def analyse(
 
     machines, file = _machines(target, variant), resolve(target)
     figures = published_figures(file.parent)
-    if out is not None and out.exists() and not out.is_dir():
-        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    _check_folder(out)
     with _staging(out) as folder:
         accounts = _analysed(machines, folder, workers, ("png", "svg") if svg else ("png",))
         documents = {name: a if folder is None else a.document for name, a in accounts.items()}
@@ -186,8 +187,7 @@ def optimise(
     fronts = dict(_front(text) for text in pareto or ())
     for quantity, bounds in fronts.items():
         problem.with_limit(quantity, bounds[0])  # says at once what is wrong with it
-    if out is not None and out.exists() and not out.is_dir():
-        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    _check_folder(out)
     if resume and out is None:
         raise SpecError("needs the folder of the starts", field="--resume", remedy="add --out FOLDER")
     with console_design.progress(starts, problem.objective.kind.unit) as report:
@@ -215,6 +215,168 @@ def optimise(
 
 
 @app.command()
+def simulate(
+    target: Target,
+    variant: Annotated[str | None, typer.Option(help="a variant of the file")] = None,
+    optimum: Annotated[bool, typer.Option("--optimum", help="a problem's stored optimum instead of its start")] = False,
+    duration: Annotated[str, typer.Option(help="'0.5 s'")] = "1 s",
+    speed: Annotated[str | None, typer.Option(help="constant spin speed: '3000 rpm'")] = None,
+    run_up: Annotated[
+        tuple[str, str] | None, typer.Option(metavar="FROM TO", help="steady rise or fall: '0 rpm' '9000 rpm'")
+    ] = None,
+    modes: Annotated[int | None, typer.Option(help="keep the lowest modes of the rotor instead of all")] = None,
+    step: Annotated[str | None, typer.Option(help="between outputs: '0.1 ms'")] = None,
+    start: Annotated[
+        str, typer.Option(help="centred, resting, levitated, or the simulation.npz of a run to be continued")
+    ] = "levitated",
+    contact: Annotated[
+        bool, typer.Option("--contact", help="with backup bearings; goes without saying for a start at rest on them")
+    ] = False,
+    linear: Annotated[bool, typer.Option("--linear", help="linear magnets without limits")] = False,
+    sampling: Annotated[str | None, typer.Option(help="controllers sample with this period: '50 us'")] = None,
+    delay: Annotated[str | None, typer.Option(help="from a sample to its effect: '50 us'; none if left out")] = None,
+    out: Annotated[Path | None, typer.Option(help="folder for simulation.npz, simulation.json and figures")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with the interrupted run in --out")] = False,
+    svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
+    as_json: Json = False,
+) -> None:
+    """Simulate a machine in time, with the force law, saturation and clearances of its magnets."""
+    from . import console, console_simulate
+    from .spec.files import load
+    from .spec.problem_files import load_optimum
+    from .spec.sampling import Sampling
+    from .transient.report import document
+    from .transient.result import load_transient
+    from .transient.simulate import simulate as run
+
+    _check_folder(out)
+    if resume and out is None:
+        raise SpecError("needs the folder of the run", field="--resume", remedy="add --out FOLDER")
+    if sampling is None and delay is not None:
+        raise SpecError("needs a sampling period", field="--delay", got=delay, remedy="add --sampling '50 us'")
+    machine = load_optimum(target, variant) if optimum else load(target, variant)
+    state = load_transient(start).final if start.endswith(".npz") else start
+    seconds = _quantity(duration, "s", "--duration")
+    origin = 0.0 if isinstance(state, str) else state.time
+    chunks = None if out is None else out / "chunks"
+    with console_simulate.progress() as report:
+        result = run(
+            machine,
+            seconds,
+            speed=_spin(speed, run_up, origin, seconds),
+            modes=modes,
+            step=None if step is None else _quantity(step, "s", "--step"),
+            start=state,
+            contact=contact or state == "resting",
+            linear=linear,
+            sampling=None
+            if sampling is None
+            else Sampling(period=_quantity(sampling, "s", "--sampling"), delay=_quantity(delay or "0", "s", "--delay")),
+            path=chunks,
+            resume=resume,
+            progress=report,
+        )
+    summary = document(result)
+    with _staging(out) as staged, console.working("drawing"):
+        if staged is not None:
+            from .simulation_figures import save_simulation_figures
+
+            result.save(staged / "simulation.npz")
+            text = json.dumps(summary, indent=2, allow_nan=False)
+            (staged / "simulation.json").write_text(text + "\n", encoding="utf-8")
+            save_simulation_figures(result, staged, ("png", "svg") if svg else ("png",))
+    if chunks is not None:
+        shutil.rmtree(chunks)  # all of it is in simulation.npz now
+    _print(as_json, summary, lambda: console_simulate.simulation(summary, out))
+
+
+@app.command()
+def compare(
+    targets: Annotated[
+        list[str],
+        typer.Argument(
+            help="comparison file, folder with a comparison.toml, or name of a packaged problem that has one; or two or more "
+            "machines, as other commands take them, under conditions chosen from them"
+        ),
+    ],
+    variant: Annotated[str | None, typer.Option(help="a variant of the comparison")] = None,
+    optimum: Annotated[
+        bool, typer.Option("--optimum", help="of problems among several targets their stored optimum")
+    ] = False,
+    speed: Annotated[str | None, typer.Option(help="end of the operating range: '9000 rpm'")] = None,
+    samples: Annotated[int | None, typer.Option(min=0, help="random machines within the tolerances")] = None,
+    out: Annotated[Path | None, typer.Option(help="folder for report.html, figures and comparison.json")] = None,
+    svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
+    as_json: Json = False,
+) -> None:
+    """Set designs side by side under the same conditions, and mark the better entry of each line."""
+    from . import console_compare
+    from .comparison.compare import compare as run
+    from .spec.comparison_files import COMPARISON_FILE
+    from .spec.files import locate
+    from .units import parse_quantity
+
+    if out is not None and out.exists() and not out.is_dir():
+        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    try:
+        given = {"speed": None if speed is None else parse_quantity(speed, "rad/s"), "samples": samples}
+    except SpecError as error:
+        raise error.inside("--speed") from None
+    asked = _compared(targets, variant, optimum)
+    conditions = dataclasses.replace(asked.conditions, **{k: v for k, v in given.items() if v is not None})
+    asked = dataclasses.replace(asked, conditions=conditions)
+    with console_compare.progress() as tell:
+        table = run(asked, progress=tell)
+        document = table.document()
+        with _staging(out) as folder:
+            if folder is not None:
+                from .report.comparison import comparison_page
+
+                tell("drawing")
+                text = json.dumps(document, indent=2, allow_nan=False)
+                (folder / "comparison.json").write_text(text + "\n", encoding="utf-8")
+                formats = ("png", "svg") if svg else ("png",)
+                inputs = _inputs(locate(targets[0], (COMPARISON_FILE,)) if len(targets) == 1 else None)
+                _report(folder, comparison_page(table, folder=folder, formats=formats, date=_today(), inputs=inputs))
+    _print(as_json, document, lambda: console_compare.comparison(document, out))
+
+
+def _compared(targets: list[str], variant: str | None, optimum: bool) -> Any:
+    """What the command line asks to compare."""
+    from .spec.comparison import Comparison, Conditions
+    from .spec.comparison_files import COMPARISON_FILE, design_time, load_comparison
+    from .spec.files import load, locate, resolve
+    from .spec.problem_files import has_optimum, load_optimum
+
+    if len(targets) == 1:
+        if optimum:
+            raise SpecError(
+                "needs several targets", field="--optimum", remedy="name the optimum in the comparison file"
+            )
+        try:
+            locate(targets[0], (COMPARISON_FILE,))
+        except SpecError as error:
+            remedy = "write one, or name two or more machines"
+            raise SpecError(error.problem, field=error.field, got=error.got, remedy=remedy) from None
+        return load_comparison(targets[0], variant)
+    if variant is not None:
+        raise SpecError(
+            "belongs to a comparison file", field="--variant", got=variant, remedy="write one, or name files alone"
+        )
+    designs, seconds = {}, {}
+    for target in targets:
+        machine = load_optimum(target) if optimum and has_optimum(target) else load(target)
+        name = Path(target).name if machine.name in designs else machine.name
+        if name in designs:
+            raise SpecError("is named twice", field=target, got=name, remedy="write a comparison file with names")
+        designs[name] = machine
+        spent = design_time(resolve(target))
+        if spent is not None:
+            seconds[name] = spent
+    return Comparison("comparison", designs, Conditions(), seconds)
+
+
+@app.command()
 def prove(
     target: Target,
     variant: Annotated[str | None, typer.Option(help="a variant of the file")] = None,
@@ -235,12 +397,11 @@ def prove(
     from .proof.claims import prove_stability_limit
     from .spec.files import load
     from .spec.problem_files import load_optimum
-    from .units import parse_quantity
 
     if out is not None and out.suffix != ".json":
         raise SpecError("is no .json file", field="--out", got=str(out), remedy="name the certificate so")
     machine = load_optimum(target, variant) if optimum else load(target, variant)
-    speed = None if up_to is None else parse_quantity(up_to, "rad/s")
+    speed = None if up_to is None else _quantity(up_to, "rad/s", "--up-to")
     tolerances = dict(_tolerance(text) for text in within or ())
     with console.working("proving"):
         proof = prove_stability_limit(
@@ -268,6 +429,29 @@ def check_saved_proof(
 
     statements = check_proof(file, None if machine is None else load(machine, variant))
     _print(as_json, {"proven": statements}, lambda: console_proof.checked(statements))
+
+
+def _spin(speed: str | None, run_up: tuple[str, str] | None, start: float, duration: float) -> Any:
+    """Spin speed as `simulate` wants it."""
+    if (speed is None) == (run_up is None):
+        raise SpecError(
+            "exclude each other, and one of them is needed",
+            field="--speed and --run-up",
+            remedy="write --speed '3000 rpm', or --run-up '0 rpm' '9000 rpm'",
+        )
+    if speed is not None:
+        return _quantity(speed, "rad/s", "--speed")
+    return [start, start + duration], [_quantity(text, "rad/s", "--run-up") for text in run_up or ()]
+
+
+def _quantity(text: str, unit: str, option: str) -> float:
+    """A number with a unit, in SI."""
+    from .units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except SpecError as error:
+        raise error.inside(option) from None
 
 
 def _tolerance(text: str) -> tuple[str, float]:
@@ -361,19 +545,25 @@ def _report(folder: Path, page: Any) -> None:
     (folder / "report.html").write_text(html(page), encoding="utf-8")
 
 
-def _inputs(file: Path) -> dict[str, str]:
+def _inputs(file: Path | None = None) -> dict[str, str]:
     """The file that was read, with its fingerprint, and the command line."""
     from .report.provenance import fingerprint
 
-    return {
-        "Input": f"{file}, SHA-256 {fingerprint(file.read_bytes())}",
-        "Command": " ".join(["amb-design", *sys.argv[1:]]),
-    }
+    read = {} if file is None else {"Input": f"{file}, SHA-256 {fingerprint(file.read_bytes())}"}
+    return {**read, "Command": " ".join(["amb-design", *sys.argv[1:]])}
 
 
 def _today() -> str:
     """The day that a report tells; the only place where the clock is read for a result."""
     return datetime.date.today().isoformat()
+
+
+def _check_folder(out: Path | None) -> None:
+    if out is not None and out.exists() and not out.is_dir():
+        raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
+    if out is not None and not out.resolve().parent.is_dir():
+        parent = str(out.resolve().parent)
+        raise SpecError("does not exist", field="--out", got=parent, remedy="create the parent folder first")
 
 
 @contextmanager
@@ -382,11 +572,8 @@ def _staging(out: Path | None) -> Iterator[Path | None]:
     if out is None:
         yield None
         return
-    parent = out.resolve().parent
-    if not parent.is_dir():
-        raise SpecError("does not exist", field="--out", got=str(parent), remedy="create the parent folder first")
     try:
-        with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=parent) as temporary:
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.resolve().parent) as temporary:
             folder = Path(temporary)
             yield folder
             for file in sorted(p for p in folder.rglob("*") if p.is_file()):

@@ -82,6 +82,21 @@ def test_proof_example_runs(tmp_path, monkeypatch):
     assert (tmp_path / "proof.json").stat().st_size < 1000
 
 
+def test_simulation_example_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = blocks((ROOT / "docs" / "simulation.md").read_text(encoding="utf-8"), "python")
+    names = {}
+    with mpl.rc_context({"backend": "agg"}):
+        exec(compile(block, "simulation.md", "exec"), names)
+    assert len(list(tmp_path.glob("*.png"))) == 4
+    lift, up = names["lift"], names["up"]
+    assert {s.kind for s in lift.saturations} == {"current", "contact", "clearance"}  # as the page says
+    assert all(s.share < 0.02 for s in lift.saturations)
+    first = {s.kind: s for s in reversed(up.saturations) if s.magnet == 1}
+    assert first["current"].first < first["contact"].first < 0.27
+    assert up.speeds[up.times > first["contact"].first][0] == pytest.approx(ad.rpm(2600), rel=0.05)
+
+
 def test_relative_links_lead_somewhere():
     for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "problems").glob("*/README.md")]:
         for link in re.findall(r"\]\((?!https?:)([^)#]+)", file.read_text(encoding="utf-8")):

@@ -41,14 +41,14 @@ def integral(loop: System, speed: float) -> np.ndarray:
         return np.sum(np.abs(point.controller @ point.sensitivity) ** 2, axis=1)
 
     modes = np.linalg.eigvals(loop.matrix(speed))
-    modes = modes[np.abs(modes) < 1e5]
-    near = [modes.imag + k * modes.real for k in (-8.0, -2.0, 0.0, 2.0, 8.0)]
-    spread = np.geomspace(1.0, 1e6, 25)
+    modes = modes[np.abs(modes) < 3e4]
+    near = [modes.imag + k * modes.real for k in (-3.0, 0.0, 3.0)]
+    spread = np.geomspace(1.0, 1e6, 13)
     points = np.unique(
         np.concatenate([*near, *[-1.1 * x for x in near], spread, -1.1 * spread])
     )  # none at zero, a pole
-    inside, _ = quad_vec(density, points[0], points[-1], points=points[1:-1], epsrel=1e-7, limit=4000)
-    tail, _ = quad_vec(lambda t: (density(1.0 / t) + density(-1.1 / t) * 1.1) / t**2, 0.0, 1e-6, epsrel=1e-7)
+    inside, _ = quad_vec(density, points[0], points[-1], points=points[1:-1], epsrel=1e-5, limit=4000)
+    tail, _ = quad_vec(lambda t: (density(1.0 / t) + density(-1.1 / t) * 1.1) / t**2, 0.0, 1e-6, epsrel=1e-5)
     return np.asarray(NOISE * np.sqrt((inside + tail) / (4.0 * math.pi)))
 
 

@@ -50,7 +50,7 @@ class FixedPeaks:
         out: dict[str, list[Samples]] = {q: [] for q in inner.bounds}
         for (k, i, j), (name, found) in self.speeds.items():
             speeds = np.append(found, end)
-            out[name].append(inner._sample(state, i, k, j, speeds, force, end))
+            out[name].append(inner.sample(state, i, k, j, speeds, force, end))
         n = state.member.family.parameters
         return {name: joined(samples, n) for name, samples in out.items()}
 

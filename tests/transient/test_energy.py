@@ -15,7 +15,7 @@ CONSERVATIVE = ad.replace(
 )
 
 
-@pytest.mark.parametrize("linear", [True, False], ids=["closed form", "cvodes"])
+@pytest.mark.parametrize("linear", [True, False], ids=["closed form", "collocation"])
 def test_a_conservative_rotor_keeps_what_its_unbalance_and_its_weight_give(linear: bool) -> None:
     result = ad.simulate(CONSERVATIVE, 0.2, speed=250.0, modes=8, linear=linear, step=1e-4, tolerance=1e-8)
     assert np.ptp(result.works["damping"]) < 1e-12
@@ -42,17 +42,16 @@ def test_all_forces_together() -> None:
     )
     result = ad.simulate(
         machine,
-        0.15,
-        speed=([0.0, 0.05, 1.0], [200.0, 400.0, 600.0]),
+        0.05,
+        speed=([0.0, 0.02, 1.0], [200.0, 300.0, 600.0]),
         modes=8,
         start="resting",
         contact=True,
         disturbances=[
-            ad.Force(position=0.3, y=150.0, z=-250.0, start=0.03, stop=0.06),
+            ad.Force(position=0.3, y=150.0, z=-250.0, start=0.01, stop=0.02),
             ad.Shaking(y=20.0, frequency=300.0),
-            ad.BaseMotion(times=[0.1, 0.11, 0.12], y=[0.0, 30.0, 0.0]),
+            ad.BaseMotion(times=[0.03, 0.035, 0.04], y=[0.0, 30.0, 0.0]),
         ],
-        tolerance=1e-8,
     )
     assert {"current", "voltage", "contact", "clearance"} <= {s.kind for s in result.saturations}
     assert all(np.ptp(work) > 0.0 for work in result.works.values())

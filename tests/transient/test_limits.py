@@ -22,7 +22,7 @@ def test_a_magnet_needs_more_gain_than_its_negative_stiffness(factor: float, sta
     gain = factor * float(negative_stiffness(magnet(0.0)) / current_stiffness(magnet(0.0)))
     machine = levitated(unbalance=0.0, controller=pid(kp=gain, ki=0.0, kd=40.0), sensors=False)
     blow = [ad.Impulse(position=x, y=1e-4) for x in (0.05, 0.55)]
-    result = ad.simulate(machine, 1.5, speed=0.0, modes=6, gravity=False, disturbances=blow, contact=False)
+    result = ad.simulate(machine, 1.5, speed=0.0, modes=6, gravity=False, disturbances=blow, step=1e-3)
     radius = result.radius(0.05)
     assert (radius[-1] < radius.max() / 2.0) == stays
     assert bool(result.stopped) == (not stays and radius[-1] >= 5e-4)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.transient.steppers import Cvodes
+from amb_design.transient.collocation import Collocation
 from checks import within, within_absolute
 from transient.rotors import levitated, passive, shaft
 
@@ -149,14 +149,14 @@ def test_a_state_belongs_to_its_machine() -> None:
 
 def test_a_failure_of_the_integrator_keeps_what_was_finished(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = run(duration=0.03, step=1e-3, chunk=10)
-    march = Cvodes.run
+    march = Collocation.run
 
-    def fail(self: Cvodes, x: Any, held: Any, piece: Any, start: float, *rest: Any) -> Any:
+    def fail(self: Collocation, x: Any, held: Any, piece: Any, start: float, *rest: Any) -> Any:
         if start > 0.015:
             raise RuntimeError("too much work")
         return march(self, x, held, piece, start, *rest)
 
-    monkeypatch.setattr(Cvodes, "run", fail)
+    monkeypatch.setattr(Collocation, "run", fail)
     with pytest.raises(ad.SolveError, match=r"gave up after 0\.02 s") as failure:
         run(duration=0.03, step=1e-3, chunk=10)
     kept = failure.value.result  # type: ignore[attr-defined]

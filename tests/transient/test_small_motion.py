@@ -64,10 +64,8 @@ def test_growth_next_to_the_stability_limit_is_that_of_the_eigenvalue() -> None:
         expected = values[np.argmin(np.abs(values - limit.mode.signed))].real
         assert (expected > 0.0) == (factor > 1.0)
         blow = ad.Impulse(position=0.2, y=1e-2)
-        result = ad.simulate(
-            machine, 1.0, speed=speed, modes=12, gravity=False, disturbances=[blow], tolerance=1e-8, step=1e-3
-        )
+        result = ad.simulate(machine, 1.0, speed=speed, gravity=False, disturbances=[blow], step=1e-3)
         energy = np.log(result.kinetic[500:] + result.potential[500:])
         rate = np.polyfit(result.times[500:], energy, 1)[0] / 2.0
-        print(f"{factor} of the limit: {rate:.4f} 1/s, eigenvalue {expected:.4f} 1/s")
-        within(rate, expected, 0.05, "growth rate")
+        print(f"{factor} of the limit: {rate:.5f} 1/s, eigenvalue {expected:.5f} 1/s")
+        within(rate, expected, 5e-3, "growth rate")

@@ -18,7 +18,6 @@ from ..errors import ModelError
 from ..model.loop import structure
 from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
-from ..spec.paths import replace
 from ..synthesis.design import synthesise
 from .frequency import Loops
 from .modes import whirls
@@ -96,9 +95,7 @@ def equivalent_coefficients(machine: Machine, top_speed: float | None = None, po
         raise ModelError(
             f"{machine.name} has a controller that couples axes, which no stiffness and damping of a magnet can stand for"
         )
-    bare = tuple(replace(m, {"controller": None, "controller_z": None}) for m in machine.magnets)
-    open_loop = system(replace(machine, {"controller": None, "controller_z": None, "magnets": bare}))
-    model = _Model(loops, open_loop)
+    model = _Model(loops, system(machine.without_controllers()))
     top = machine.operation.top_speed if top_speed is None else top_speed
     grid = np.linspace(top / points, top, points)
     real_parts, leads = zip(*(model.at(float(s)) for s in grid), strict=True)

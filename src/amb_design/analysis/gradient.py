@@ -20,8 +20,9 @@ import casadi as ca
 import numpy as np
 
 from ..errors import ModelError
-from ..model.loop import closed_loop, is_isotropic
+from ..model.loop import is_isotropic
 from ..model.mesh import Mesh, plan
+from ..model.parametric import parametric
 from ..spec.machine import Machine
 from ..spec.paths import find, is_switched_off, numbers, skeleton, value
 from ..synthesis.design import synthesise
@@ -159,12 +160,12 @@ class _Sweep:
 @lru_cache(maxsize=16)
 def _sweep_of(structure: _Structure) -> _Sweep:
     machine = structure.machine
-    loop = closed_loop(machine, structure.members, structure.mesh, complex_form=is_isotropic(machine))
+    loop = parametric(machine, structure.members, structure.mesh, complex_form=is_isotropic(machine))
     matrices = (loop.pencil.E, loop.pencil.A0, loop.pencil.A1)
     values = ca.vertcat(*[ca.vertcat(ca.SX(m.re).nz[:], ca.SX(m.im).nz[:]) for m in matrices])
     weights = ca.SX.sym("w", values.shape[0])
     reverse = ca.Function("reverse", [loop.p, weights], [ca.jtimes(values, loop.p, weights, True)])
-    return _Sweep(reverse, tuple((_places(m.re), _places(m.im)) for m in matrices), loop.function("A1"))
+    return _Sweep(reverse, tuple((_places(m.re), _places(m.im)) for m in matrices), loop.matrix("A1"))
 
 
 def _places(matrix: Any) -> Array:

@@ -12,6 +12,7 @@ from ..errors import ModelError
 from ..spec.machine import Machine
 from .certificate import Walk
 from .frequency import Loops
+from .scan import distinct
 from .system import Array, System, ascending, system
 from .threads import one_thread
 
@@ -197,7 +198,7 @@ def _grid(values: Array, speed: float, highest: float | None) -> Array:
     lowest = 0.03 * float(resonances.min(initial=top))
     around = np.concatenate([inside, inside - width, inside + width])
     grid = np.concatenate([np.geomspace(max(lowest, 1e-4 * top), top, 300), around[(around > 0.0) & (around < top)]])
-    return np.unique(grid)
+    return distinct(grid)
 
 
 def _refine(view: Axes, grid: Array, size: Array, j: int, name: str) -> Peak:

@@ -14,6 +14,7 @@ from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from .frequency import Loops, column
 from .modes import circular, unpinned
+from .places import interpolated
 from .system import Array, System, ascending, node_positions, system
 from .threads import one_thread
 
@@ -77,13 +78,7 @@ class UnbalanceResponse:
         ModelError
             If the place is not on the shaft.
         """
-        x = self.positions
-        if not x[0] <= position <= x[-1] * (1.0 + 1e-12):
-            raise ModelError(f"x = {position:g} m is not on the shaft (0 to {x[-1]:g} m)")
-        left = 2 * min(int(np.searchsorted(x[2::2], position)), (len(x) - 3) // 2)
-        t = (position - x[left]) / (x[left + 2] - x[left])
-        psi = np.array([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
-        return np.asarray(np.einsum("k,mkc->mc", psi, self.displacements[:, left : left + 3]))
+        return interpolated(self.positions, np.moveaxis(self.displacements, 1, 0), position)
 
 
 def major_axis(amplitudes: Array) -> Array:

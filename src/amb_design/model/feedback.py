@@ -35,21 +35,19 @@ def whole_state(law: StateFeedback, mesh: Mesh, complex_form: bool, free: list[i
     ModelError
         If the gains are for another mesh.
     """
-    position, rate = _matrix(law.position, law.position_cross), _matrix(law.rate, law.rate_cross)
-    seen = position.shape[1]
+    gains = _gains(law, complex_form)
+    seen = gains.shape[1] // (2 if complex_form else 4)
     step, rest = divmod(mesh.nodes - 1, max(seen // 2 - 1, 1))
     if rest or seen % 2 or seen < 4:
         raise ModelError(f"state feedback for {seen // 2} nodes does not fit a mesh of {mesh.nodes} nodes")
     nodes = [step * k for k in range(seen // 2)]
     if complex_form:
         places = [[(2 * n + k, 1.0) for n in nodes for k in range(2)]]
-        gains = Pair(ca.horzcat(position.re, rate.re), ca.horzcat(position.im, rate.im))
     else:
         places = [
             [(4 * n + k, 1.0) for n in nodes for k in (0, 3)],
             [(4 * n + k, sign) for n in nodes for k, sign in ((1, 1.0), (2, -1.0))],
         ]
-        gains = real(ca.horzcat(*[ca.blockcat([[x.re, -x.im], [x.im, x.re]]) for x in (position, rate)]))
     picked = [entry for plane in places for entry in plane]
     sensors = ca.DM(len(free), len(picked))
     where = {place: i for i, place in enumerate(free)}
@@ -57,17 +55,21 @@ def whole_state(law: StateFeedback, mesh: Mesh, complex_form: bool, free: list[i
         if place in where:
             sensors[where[place], j] = value
     outputs, inputs = gains.shape[0], sensors.shape[1]
+    growth = zero(*gains.shape) if law.per_speed is None else _gains(law.per_speed, complex_form)
 
-    def constant(pair: Pair) -> Affine:
-        return Affine(pair, zero(*pair.shape))
+    def nothing(rows: int, columns: int) -> Affine:
+        return Affine(zero(rows, columns), zero(rows, columns))
 
-    return sensors, Realisation(
-        constant(zero(0, 0)),
-        constant(zero(0, inputs)),
-        constant(zero(outputs, 0)),
-        constant(Pair(ca.sparsify(gains.re), ca.sparsify(gains.im))),
-        (),
-    )
+    return sensors, Realisation(nothing(0, 0), nothing(0, inputs), nothing(outputs, 0), Affine(gains, growth), ())
+
+
+def _gains(law: StateFeedback, complex_form: bool) -> Pair:
+    """Gains on all coordinates, then on their rates."""
+    position, rate = _matrix(law.position, law.position_cross), _matrix(law.rate, law.rate_cross)
+    if complex_form:
+        return Pair(ca.sparsify(ca.horzcat(position.re, rate.re)), ca.sparsify(ca.horzcat(position.im, rate.im)))
+    planes = [ca.blockcat([[x.re, -x.im], [x.im, x.re]]) for x in (position, rate)]
+    return real(ca.sparsify(ca.horzcat(*planes)))
 
 
 def _matrix(re: object, im: object) -> Pair:

@@ -7,11 +7,8 @@ ones, q = (v, w, beta_x, beta_y) a node and two axes a magnet.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import casadi as ca
 
@@ -20,7 +17,6 @@ from ..spec.controller import PID, Chain, StateFeedback, StateSpace, serves_all
 from ..spec.fields import Number
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
-from ..spec.paths import find, is_switched_off, replace, value
 from .controller import Realisation, realise
 from .feedback import whole_state
 from .magnet import current_stiffness, negative_stiffness
@@ -406,156 +402,6 @@ def ports(plant: Structure, pencil: Pencil) -> Ports:
     sensed = [real(ca.horzcat(a.sensor.T, ca.DM(1, total - n))) for a in plant.loops]
     moved = [real(ca.horzcat(a.actuator.T, ca.DM(1, total - n))) for a in plant.axes]
     return Ports(blocks([enter[0]]), blocks([enter[1]]), blocks([[x] for x in (*sensed, *currents, *moved)]))
-
-
-@dataclass(frozen=True)
-class ClosedLoop:
-    """A machine as CasADi expressions in some of its numbers.
-
-    Made by `closed_loop`.
-
-    Attributes
-    ----------
-    machine : the numeric machine
-    names : tuple of str
-        Names of the parameters, in the order of the vector p.
-    members : for each parameter, the full paths of the numbers that it sets
-    p : CasADi SX column of the parameters
-    nominal : tuple of float
-        The parameters' values in `machine`.
-    plant : Structure
-        In terms of p; so is `pencil`.
-    """
-
-    machine: Machine
-    names: tuple[str, ...]
-    members: tuple[tuple[str, ...], ...]
-    p: Any
-    nominal: tuple[float, ...]
-    plant: Structure
-
-    @cached_property
-    def pencil(self) -> Pencil:
-        """E, A0, A1 in terms of p."""
-        return close(self.plant)
-
-    @property
-    def np(self) -> int:
-        """Number of parameters."""
-        return len(self.names)
-
-    def function(self, name: str) -> ca.Function:
-        """A matrix as a CasADi Function of p.
-
-        Parameters
-        ----------
-        name : {"E", "A0", "A1", "B", "C", "M", "C0", "C1", "K0", "K1"}
-            Pencil E dx/dt = (A0 + Omega A1) x + B i with y = C x, for control currents i [A] and shaft displacements y [m]
-            of the axes; structure M q'' + (C0 + Omega C1) q' + (K0 + Omega K1) q = F.
-
-        Returns
-        -------
-        casadi.Function
-            Input ``p`` of shape (np, 1); outputs ``re`` and ``im``, the real and imaginary part.
-
-        Raises
-        ------
-        ModelError
-            If there is no such matrix.
-        """
-        if name in ("E", "A0", "A1", "B", "C"):
-            matrix = getattr(self.pencil, name)
-        elif name in ("M", "C0", "C1", "K0", "K1"):
-            matrix = getattr(self.plant, name)
-        else:
-            raise ModelError(f"there is no matrix {name!r}; choose one of E, A0, A1, B, C, M, C0, C1, K0, K1")
-        return ca.Function(name, [self.p], [ca.SX(matrix.re), ca.SX(matrix.im)], ["p"], ["re", "im"])
-
-
-def closed_loop(
-    machine: Machine,
-    free: Sequence[str] | Mapping[str, Sequence[str]] = (),
-    mesh: Mesh | None = None,
-    complex_form: bool | None = None,
-) -> ClosedLoop:
-    """The machine as a CasADi model with some of its numbers as variables.
-
-    Parameters
-    ----------
-    machine : Machine
-        Numbers only.
-    free : sequence of str, or mapping of str to sequence of str
-        Paths of the numbers that become variables, full or short; a short path ties all numbers that it fits. A mapping
-        gives each variable a name and the full paths that it sets.
-    mesh : Mesh, optional
-        Another mesh than the machine's own.
-    complex_form : bool, optional
-        Force the complex or the real form. If left out, the complex form is taken when the machine is isotropic whatever
-        the variables do. Where they can break its symmetry, a forced complex form sees their isotropic part, which is
-        exact to first order in them for simple eigenvalues.
-
-    Returns
-    -------
-    ClosedLoop
-
-    Raises
-    ------
-    SpecError
-        If a path names no number of the machine.
-    ModelError
-        If the complex form is asked of an anisotropic machine, or a variable is zero and thereby leaves its block out.
-    """
-    if complex_form and not is_isotropic(machine):
-        raise ModelError(f"{machine.name} is anisotropic: its y and z directions do not form one complex coordinate")
-    mesh = mesh or plan(machine)
-    if isinstance(free, Mapping):
-        members = tuple(tuple(paths) for paths in free.values())
-    else:
-        members = tuple(find(machine, path) for path in free)
-    for path in (path for paths in members for path in paths):
-        if is_switched_off(machine, path):
-            raise ModelError(
-                f"{path} is zero, which leaves its block out of the model; free it from a value above zero"
-            )
-    for path, paths in zip(free, members, strict=True):
-        if isinstance(free, Mapping):  # whoever gives the members knows what they tie
-            break
-        if len({value(machine, member) for member in paths if isinstance(value(machine, member), int | float)}) > 1:
-            raise ModelError(
-                f"{path} stands for numbers of different values; free them one by one ({paths[0]}, ...) or make them equal"
-            )
-    p = ca.SX.sym("p", len(free))
-    nominal = tuple(float(value(machine, m[0])) for m in members)
-    symbols = {path: p[k] for k, paths in enumerate(members) for path in paths}
-    symbolic = replace(machine, symbols) if symbols else machine
-    return ClosedLoop(machine, tuple(free), members, p, nominal, structure(symbolic, mesh, complex_form))
-
-
-def open_loop(
-    machine: Machine,
-    free: Sequence[str] | Mapping[str, Sequence[str]] = (),
-    mesh: Mesh | None = None,
-    complex_form: bool | None = None,
-) -> ClosedLoop:
-    """The machine as a CasADi model with its control loops cut: magnets with bias, but without controllers.
-
-    Parameters
-    ----------
-    machine, free, mesh, complex_form
-        As in `closed_loop`.
-
-    Returns
-    -------
-    ClosedLoop
-        Without controller states; its functions ``B`` and ``C`` connect a controller of your own.
-
-    Raises
-    ------
-    SpecError, ModelError
-        As in `closed_loop`.
-    """
-    loop = closed_loop(machine, free, mesh, complex_form)
-    return dataclasses.replace(loop, plant=dataclasses.replace(loop.plant, blocks=()))
 
 
 def _vanishes(difference: Number) -> bool:

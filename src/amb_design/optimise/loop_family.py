@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -59,6 +60,11 @@ class LoopFamily:
         return self.plant.complex_form
 
     @property
+    def patterns(self) -> tuple[str, ...]:
+        """Name of each unbalance pattern."""
+        return tuple(q.name for q in self.problem.patterns) or ("own unbalance",)
+
+    @property
     def displacements(self) -> int:
         """Number of displacements at the head of the state."""
         return self.plant.size
@@ -97,7 +103,7 @@ def loop_family(
         plant,
         tuple(a.magnet for a in plant.driven),
         tuple(a.magnet for a in plant.axes),
-        _unbalance(problem, scenario, plant, pencil.A0.shape[0]),
+        _unbalance(problem, scenario, plant),
     )
 
 
@@ -108,20 +114,36 @@ def _scaled(machine: Machine, scenario: Scenario | None) -> Machine:
     return replace(machine, {path: factor * value(machine, path) for path, factor in paths.items()})
 
 
-def _unbalance(problem: DesignProblem, scenario: Scenario | None, plant: Structure, total: int) -> Array:
+def _unbalance(problem: DesignProblem, scenario: Scenario | None, plant: Structure) -> Array:
     """Unbalance forces of all patterns per squared speed."""
     disks = problem.machine.rotor.disks
     patterns: list[list[complex]] = [list(map(complex, q.amounts)) for q in problem.patterns]
     if not patterns and any(d.unbalance for d in disks):
         patterns = [[d.unbalance * np.exp(1j * d.unbalance_phase) for d in disks]]
-    factor = 1.0 if scenario is None else scenario.unbalance
+    return (1.0 if scenario is None else scenario.unbalance) * unbalance_forces(plant, patterns)
+
+
+def unbalance_forces(plant: Structure, patterns: Sequence[Sequence[complex]]) -> Array:
+    """Forces of unbalances per squared speed over the states of the pencil.
+
+    Parameters
+    ----------
+    plant : Structure
+    patterns : sequence of sequence of complex
+        One unbalance a disk [kg m].
+
+    Returns
+    -------
+    ndarray of complex, shape (states, patterns)
+    """
     where = {k: i for i, k in enumerate(plant.free)}
-    out = np.zeros((total, len(patterns)), complex)
+    controllers = sum(len(block.law.states) for block in plant.blocks)
+    out = np.zeros((2 * plant.size + controllers, len(patterns)), complex)
     for j, amounts in enumerate(patterns):
         for i, u in enumerate(amounts):
             node = plant.mesh.node_of(f"rotor.disks[{i}].position")
             entries = [(2 * node, u)] if plant.complex_form else [(4 * node, u), (4 * node + 1, -1j * u)]
             for place, force in entries:
                 if place in where:
-                    out[plant.size + where[place], j] += factor * force
+                    out[plant.size + where[place], j] += force
     return out

@@ -50,6 +50,7 @@ def campbell(
     *,
     limit: StabilityLimit | None = None,
     highest: float | None = None,
+    key: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw a Campbell diagram.
@@ -63,6 +64,8 @@ def campbell(
     highest : float, optional
         Upper end of the frequency axis [rad/s]; a little above the synchronous line, the lowest modes and the limiting
         mode if left out. Unstable modes above it are named in a note.
+    key : bool
+        False leaves out legend and colour bar, for several diagrams that share them.
     ax : Axes, optional
         Where to draw; a new figure if left out.
 
@@ -87,9 +90,10 @@ def campbell(
         if limit is not None:
             mark_limit(ax, limit)
         _above(ax, result, end)
-        legend_above(ax, _legend(result, drawn(result, end)))
-        if not undamped:
-            _colour_bar(ax)
+        if key:
+            legend_above(ax, legend_handles(result, drawn(result, end)))
+        if key and not undamped:
+            colour_bar([ax])
     return ax
 
 
@@ -222,9 +226,10 @@ def _grouped(frequencies: Sequence[float]) -> list[str]:
     return [f"{np.mean(g):.0f}" + (f" ({len(g)})" if len(g) > 1 else "") for g in groups]
 
 
-def _colour_bar(ax: Axes) -> None:
+def colour_bar(axes: Sequence[Axes]) -> None:
+    """The classes of damping ratio beside one or more diagrams."""
     mappable = ScalarMappable(BoundaryNorm(LEVELS, CLASSES.N), CLASSES)
-    bar = figure_of(ax).colorbar(mappable, ax=ax, fraction=0.03, pad=0.015, spacing="uniform", aspect=28)
+    bar = figure_of(axes[0]).colorbar(mappable, ax=list(axes), fraction=0.03, pad=0.015, spacing="uniform", aspect=28)
     bar.set_ticks([-0.5, *LEVELS[1:-1]], labels=["unstable", "0", "0.1 %", "0.3 %", "1 %", "3 %", "10 %"])
     bar.ax.tick_params(length=0.0)
     bar.ax.grid(False)
@@ -233,7 +238,8 @@ def _colour_bar(ax: Axes) -> None:
     bar.set_label("damping ratio")
 
 
-def _legend(result: Campbell, modes: Sequence[int]) -> list[Artist]:
+def legend_handles(result: Campbell, modes: Sequence[int]) -> list[Artist]:
+    """What the lines and marks of a diagram mean."""
     whirls = {result.whirl[j] for j in modes if result.kind[j] == "rotor"}
     handles: list[Artist] = [
         Line2D([], [], color=INK, linestyle=dashes, linewidth=1.6, label=whirl)

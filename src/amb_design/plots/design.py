@@ -38,7 +38,8 @@ def real_parts(diagrams: Mapping[str, Campbell], limits: Mapping[str, StabilityL
             text = f"SLS {limit.speed_rpm:.0f} rpm" if limit.status == FOUND else limit.status
             real_part(diagram, label=f"{name}: {text}", ax=ax)
             if limit.status == FOUND:
-                ax.plot([limit.speed_rpm], [0.0], "o", color=ax.lines[-1].get_color(), markersize=5.5, zorder=4)
+                colour = next(line for line in reversed(ax.lines) if line.get_gid() == "curve").get_color()
+                ax.plot([limit.speed_rpm], [0.0], "o", color=colour, markersize=5.5, zorder=4)
     return ax
 
 

@@ -55,9 +55,9 @@ def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None =
         Frequencies in Hz; one curve for loops that are alike, their peaks marked and told in the legend. Where the closed
         loop is unstable the drawing says so, for then the curves mean nothing.
     """
-    scale = _decibels if decibels else np.asarray
+    scale = in_decibels if decibels else np.asarray
     with canvas(ax) as ax:
-        _frequency_axis(ax, result)
+        frequency_axis(ax, result)
         ax.set_ylabel("sensitivity |S| [dB]" if decibels else "sensitivity |S|")
         ax.plot(_hz(result), 0.0 * result.frequencies + scale(np.array(1.0)), color=INK, linewidth=0.6)
         for k, group in enumerate(_alike(result.sensitivity)):
@@ -78,13 +78,13 @@ def sensitivity(result: Sensitivity, *, decibels: bool = True, ax: Axes | None =
             )
         highest = max(result.worst.value, ZONES[-1][1])
         if decibels:
-            deepest = float(_decibels(np.abs(result.sensitivity)).min())
-            ax.set_ylim(min(-10.0, max(-30.0, deepest - 2.0)), float(_decibels(np.array(highest))) + 4.0)
+            deepest = float(in_decibels(np.abs(result.sensitivity)).min())
+            ax.set_ylim(min(-10.0, max(-30.0, deepest - 2.0)), float(in_decibels(np.array(highest))) + 4.0)
         else:
             ax.set_ylim(0.0, 1.15 * highest)
         if decibels:
             ax.yaxis.set_major_locator(MultipleLocator(10.0))
-        _zones(ax, decibels)
+        zones(ax, decibels)
         if not result.stable:
             note(ax, f"unstable at {result.speed / RPM:.0f} rpm: these curves mean nothing", RED)
         legend_above(ax)
@@ -131,7 +131,7 @@ def sensitivity_over_speed(
             ax.set_ylim(1.0, 1.5 * result.worst)
         else:
             ax.set_ylim(0.0, max(1.2 * ZONES[-1][1], 1.1 * result.worst))
-        _zones(ax, decibels=False)
+        zones(ax, decibels=False)
         if limit is not None:
             mark_limit(ax, limit, windows=False, text_below=True)
             _veil(ax, limit)
@@ -170,7 +170,7 @@ def _bode(result: Sensitivity, upper: Axes, lower: Axes) -> None:
     for k, group in enumerate(groups):
         values = result.open_loop[:, group[0]]
         colour = COLOURS[k % len(COLOURS)]
-        upper.plot(_hz(result), _decibels(np.abs(values)), color=colour, label=_names(result, group), gid="curve")
+        upper.plot(_hz(result), in_decibels(np.abs(values)), color=colour, label=_names(result, group), gid="curve")
         lower.plot(*_unbroken(_hz(result), np.degrees(np.angle(values))), color=colour, gid="curve")
     upper.axhline(0.0, color=INK, linewidth=0.7, zorder=1.0)
     upper.set_ylabel("open loop |L| [dB]")
@@ -178,7 +178,7 @@ def _bode(result: Sensitivity, upper: Axes, lower: Axes) -> None:
     lower.set_ylim(-190.0, 190.0)
     lower.yaxis.set_major_locator(MultipleLocator(90.0))
     for ax in (upper, lower):
-        _frequency_axis(ax, result)
+        frequency_axis(ax, result)
     legend_above(upper)
 
 
@@ -188,7 +188,7 @@ def _unbroken(x: Array, phase: Array) -> tuple[Array, Array]:
     return np.insert(x, jumps, np.nan), np.insert(phase, jumps, np.nan)
 
 
-def _frequency_axis(ax: Axes, result: Sensitivity) -> None:
+def frequency_axis(ax: Axes, result: Sensitivity) -> None:
     ax.set_xscale("log")
     positive = _hz(result)[result.frequencies > 0.0]
     ax.set_xlim(float(positive[0]), float(positive[-1]))
@@ -196,12 +196,12 @@ def _frequency_axis(ax: Axes, result: Sensitivity) -> None:
     ax.set_xlabel("frequency [Hz]")
 
 
-def _zones(ax: Axes, decibels: bool) -> None:
+def zones(ax: Axes, decibels: bool) -> None:
     """Bands of the zones, named at the right edge."""
     bounds = [0.0, *(limit for _, limit in ZONES), 1e6]
     low, high = ax.get_ylim()
     for name, start, stop in zip("ABCD", bounds, bounds[1:], strict=False):
-        y = [float(_decibels(np.array(max(b, 1e-9)))) if decibels else b for b in (start, stop)]
+        y = [float(in_decibels(np.array(max(b, 1e-9)))) if decibels else b for b in (start, stop)]
         shade(ax, f"zone {name}", None, (y[0], y[1]), ZONE_COLOURS[name])
         bottom, top = max(y[0], low), min(y[1], high)
         logarithmic = ax.get_yscale() == "log"
@@ -270,5 +270,5 @@ def _hz(result: Sensitivity) -> Array:
     return np.asarray(result.frequencies / HZ)
 
 
-def _decibels(values: Array) -> Array:
+def in_decibels(values: Array) -> Array:
     return np.asarray(20.0 * np.log10(np.maximum(values, 1e-12)))

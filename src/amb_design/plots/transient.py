@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from ..analysis.system import Array
+from ..analysis.unbalance import UnbalanceResponse, major_axis
 from ..errors import ModelError
 from ..transient.result import Transient
 from ..units import RPM
@@ -27,6 +28,10 @@ LABELS = {
     "speed": "spin speed [rpm]",
     "energy error": "energy error [-]",
 }
+
+
+DENSE = 100.0 * 2.0 * math.pi
+"""Angle turned beyond which oscillations run into bands, which must not hide each other."""
 
 
 def history(
@@ -66,8 +71,11 @@ def history(
     with canvas(ax) as ax:
         ax.set_xlabel(f"time [{unit}]")
         ax.set_ylabel(LABELS[quantity])
+        alpha = 1.0 if np.ptp(result.angles) < DENSE else 0.6
         for k, (name, values) in enumerate(_curves(result, quantity, places)):
-            ax.plot(scale * result.times, values, color=COLOURS[k % len(COLOURS)], label=name, linewidth=1.0)
+            ax.plot(
+                scale * result.times, values, color=COLOURS[k % len(COLOURS)], label=name, linewidth=1.0, alpha=alpha
+            )
         ax.set_xlim(scale * result.times[0], scale * result.times[-1])
         if quantity == "radius":
             _clearances(result, ax)
@@ -112,6 +120,8 @@ def orbits(
         ax.set_xlabel("displacement in z [µm]")
         ax.set_ylabel("displacement in y [µm]")
         ax.set_aspect("equal", adjustable="datalim")
+        if turns is not None:
+            note(ax, f"last {turns:g} turns", GREY)
         for k, (name, x) in enumerate(_places(result, places)):
             v, w = 1e6 * result.at(x)[shown].T
             colour = COLOURS[k % len(COLOURS)]
@@ -131,7 +141,13 @@ def orbits(
     return ax
 
 
-def envelope(result: Transient, places: Sequence[float | str] | None = None, *, ax: Axes | None = None) -> Axes:
+def envelope(
+    result: Transient,
+    places: Sequence[float | str] | None = None,
+    *,
+    steady: UnbalanceResponse | None = None,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw the largest orbit radius of each turn over the speed: the picture of a run-up or run-down.
 
     Parameters
@@ -140,8 +156,10 @@ def envelope(result: Transient, places: Sequence[float | str] | None = None, *, 
         From `amb_design.simulate`, with a profile of speeds.
     places : sequence of float or str, optional
         As in `history`.
+    steady : UnbalanceResponse, optional
+        From `amb_design.unbalance_response`: what linear theory says of constant speeds, as dashed lines.
     ax : Axes, optional
-        Where to draw, for example on the steady response drawn by `unbalance`; a new figure if left out.
+        Where to draw; a new figure if left out.
 
     Returns
     -------
@@ -153,7 +171,13 @@ def envelope(result: Transient, places: Sequence[float | str] | None = None, *, 
         ax.set_ylabel("largest orbit radius of a turn [µm]")
         for k, (name, x) in enumerate(_places(result, places)):
             found = result.envelope(x)
-            ax.plot(found.speeds / RPM, 1e6 * found.radii, color=COLOURS[k % len(COLOURS)], label=name)
+            colour = COLOURS[k % len(COLOURS)]
+            ax.plot(found.speeds / RPM, 1e6 * found.radii, color=colour, label=name)
+            if steady is not None:
+                radii = 1e6 * major_axis(steady.at(x))
+                ax.plot(
+                    steady.speeds / RPM, radii, "--", color=colour, linewidth=0.9, label=f"{name}, linear and steady"
+                )
         _clearances(result, ax)
         legend_above(ax)
     return ax

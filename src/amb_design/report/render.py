@@ -9,7 +9,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from ..analysis.standards import FAILS, PASSES, TOLERABLE
-from ..words.parts import Table
+from ..words.parts import BETTER, Table
 from .parts import Page, Picture
 
 NARROW, GAP = 46, 1
@@ -32,7 +32,7 @@ def html(page: Page) -> str:
     css = (folder / "page.css").read_text(encoding="utf-8")
     verdicts = (PASSES, TOLERABLE, FAILS)
     helpers = {"drawing": drawing, "is_wide": is_wide, "together": together}
-    return _template().render(page=page, css=Markup(css), verdicts=verdicts, **helpers)
+    return _template().render(page=page, css=Markup(css), verdicts=verdicts, better=BETTER, **helpers)
 
 
 def drawing(picture: Picture) -> Markup:

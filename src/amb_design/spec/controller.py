@@ -12,10 +12,8 @@ only so: the closed loop then stays A0 + Omega A1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
-
-import casadi as ca
 
 from ..errors import SpecError
 from .fields import Number, OptionalNumber, Spec, choice, is_number, matrix, number, part
@@ -168,6 +166,7 @@ class StateFeedback(Spec):
     rate: Any = matrix("magnets by twice the nodes [A s/m], [A s/rad]")
     position_cross: Any = matrix("imaginary part of position", default=())
     rate_cross: Any = matrix("imaginary part of rate", default=())
+    per_speed: StateFeedback | None = part("what a rad/s of spin speed adds to the gains", default=None)
 
     def check(self) -> None:
         shape = _shape(self.position)
@@ -179,6 +178,8 @@ class StateFeedback(Spec):
                     field=name,
                     remedy="give gains for the same nodes",
                 )
+        if self.per_speed is not None and _shape(self.per_speed.position) != shape:
+            raise SpecError("has gains for other nodes", field="per_speed", remedy="give gains for the same nodes")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,11 +199,23 @@ class Regulator(Spec):
         "m/s", "velocity of each mode (largest along the shaft) that weighs one", domain="positive", default=None
     )
     design_speed: Number = number("rad/s", "spin speed of the design", domain="nonnegative", default=0.0)
+    scheduled: bool = part("true if gains, and the observer, follow the spin speed", default=False)
 
     def check(self) -> None:
         if isinstance(self.modes, bool) or not isinstance(self.modes, int) or not 1 <= self.modes <= 64:
             raise SpecError(
                 "must be a whole number from 1 to 64", field="modes", got=self.modes, remedy="8 serve most rotors"
+            )
+        if not isinstance(self.scheduled, bool):
+            raise SpecError(
+                "must be true or false", field="scheduled", got=self.scheduled, remedy="write true or false"
+            )
+        if self.scheduled and is_number(self.design_speed) and self.design_speed == 0.0:
+            raise SpecError(
+                "must be above zero where gains follow the speed",
+                field="design_speed",
+                got=0.0,
+                remedy="give the upper end of the schedule, such as the service speed",
             )
 
 
@@ -223,7 +236,6 @@ class LQG(Chain, Regulator):
     """
 
     type: str = choice("kind of controller", ("lqg",), default="lqg", written=True)
-    scheduled: bool = part("true if gains and observer follow the spin speed", default=False)
     integral: OptionalNumber = number(
         "m s",
         "integral s of a sensed displacement that weighs one; no integral action if left out",
@@ -251,22 +263,41 @@ class LQG(Chain, Regulator):
 
     def check(self) -> None:
         super().check()
-        if not isinstance(self.scheduled, bool):
-            raise SpecError(
-                "must be true or false", field="scheduled", got=self.scheduled, remedy="write true or false"
-            )
         for name in ("low_pass", "amplifier"):
             if getattr(self, name) is None:
                 raise SpecError(
                     "is missing", field=name, remedy="an observer has to know what stands between it and the rotor"
                 )
-        if self.scheduled and is_number(self.design_speed) and self.design_speed == 0.0:
+        assert self.amplifier is not None
+        for name, gain in (("sensor_gain", self.sensor_gain), ("amplifier.gain", self.amplifier.gain)):
+            if _is_zero(gain):
+                raise SpecError("is zero, which cuts the loop", field=name, remedy="give a gain, 1 if it is unknown")
+        noises = (self.force_noise, self.modal_noise, self.current_noise)
+        if all(_is_zero(noise) for noise in noises):
             raise SpecError(
-                "must be above zero where gains follow the speed",
-                field="design_speed",
-                got=0.0,
-                remedy="give the upper end of the schedule, such as the service speed",
+                "is zero, and so are modal_noise and current_noise",
+                field="force_noise",
+                remedy="give one of them: an observer of a rotor that nothing shakes has nothing to do",
             )
+
+
+def ideal_law(law: Any) -> LQR:
+    """The regulator of an LQG alone, with the same weights.
+
+    Parameters
+    ----------
+    law : LQG
+
+    Raises
+    ------
+    SpecError
+        If it is no LQG.
+    """
+    if not isinstance(law, LQG):
+        raise SpecError(
+            "is no LQG whose regulator could stand alone", field="controller", remedy="name a machine with one"
+        )
+    return LQR(**{f.name: getattr(law, f.name) for f in fields(Regulator)})
 
 
 Controller = PID | StateSpace | StateFeedback | LQR | LQG
@@ -294,6 +325,18 @@ def needs_design(controller: Controller | None) -> bool:
     return isinstance(controller, Regulator)
 
 
+def weights(controller: Controller | None) -> frozenset[str]:
+    """Names of the numbers that say what a law shall achieve; none if it has gains.
+
+    Parameters
+    ----------
+    controller : Controller or None
+    """
+    if controller is None or not needs_design(controller):
+        return frozenset()
+    return frozenset(f.name for f in fields(controller) if "unit" in f.metadata) - {f.name for f in fields(Chain)}
+
+
 def _shape(entries: Any) -> tuple[int, int]:
     if isinstance(entries, tuple | list):
         return (len(entries), len(entries[0]) if len(entries) else 0)
@@ -310,9 +353,8 @@ def rows_of(entries: Any) -> Sequence[Sequence[Number]]:
 
     Parameters
     ----------
-    entries : tuple of tuple, or casadi SX or DM
+    entries : tuple of tuple, or casadi SX or MX
     """
     if isinstance(entries, tuple):
         return entries
-    full = ca.SX(entries) if isinstance(entries, ca.SX) else entries
-    return [[full[i, j] for j in range(full.shape[1])] for i in range(full.shape[0])]
+    return [[entries[i, j] for j in range(entries.shape[1])] for i in range(entries.shape[0])]

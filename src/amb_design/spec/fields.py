@@ -69,7 +69,7 @@ def choice(doc: str, options: tuple[str, ...], *, default: Any = MISSING, writte
 
 
 def matrix(doc: str, *, default: Any = MISSING) -> Any:
-    """Declare a field that holds a matrix: a tuple of rows of numbers, or a CasADi matrix."""
+    """Declare a field that holds a matrix: rows of numbers (lists, arrays, a CasADi DM), kept as tuples, or a CasADi expression."""
     return field(default=default, metadata={"doc": doc, "matrix": True})
 
 
@@ -148,9 +148,10 @@ def with_unit(value: Any, unit: str) -> Any:
 
 
 def _rows(name: str, entries: Any) -> Any:
-    """Rows as tuples of floats; CasADi matrices as they are."""
-    if isinstance(entries, ca.SX | ca.MX | ca.DM):
+    """Rows as tuples of floats; CasADi expressions as they are."""
+    if isinstance(entries, ca.SX | ca.MX):
         return entries
+    entries = entries.full() if isinstance(entries, ca.DM) else entries
     try:
         rows = tuple(tuple(float(x) for x in row) for row in entries)
     except (TypeError, ValueError):

@@ -289,8 +289,8 @@ def start_machine(tables: Tables, folder: str | os.PathLike[str] | None = None) 
         raise SpecError(error.problem, field="machine", got=tables["machine"], remedy=error.remedy) from None
     machine = read(text_of(path), tables.get("machine_variant"), str(path), _machine_only)
     if "controller" in tables:
-        machine = _controlled(machine, tables["controller"])
-    machine = _changed(machine, by_path(tables, "changes"))
+        machine = controlled(machine, tables["controller"])
+    machine = changed(machine, by_path(tables, "changes"))
     return dataclasses.replace(machine, name=tables.get("name", machine.name))
 
 
@@ -308,8 +308,15 @@ def _starts_elsewhere(changes: Tables) -> bool:
     return any(key in changes for key in START)
 
 
-def _controlled(machine: Machine, table: object) -> Machine:
-    """The machine under another controller, behind the hardware of its own one but for what the table says of it."""
+def controlled(machine: Machine, table: object) -> Machine:
+    """The machine under another controller, behind the hardware of its own one but for what the table says of it.
+
+    Parameters
+    ----------
+    machine : Machine
+    table : dict
+        Of the controller.
+    """
     try:
         law = controller_of(table, machine.controller)
         return replace(machine, {"controller": law, "controller_z": None})
@@ -317,8 +324,15 @@ def _controlled(machine: Machine, table: object) -> Machine:
         raise (error if error.field.startswith("controller") else error.inside("controller")) from None
 
 
-def _changed(machine: Machine, changes: Tables) -> Machine:
-    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out."""
+def changed(machine: Machine, changes: Tables) -> Machine:
+    """The machine with other numbers; unlike `replace` it reads units and sets numbers that were left out.
+
+    Parameters
+    ----------
+    machine : Machine
+    changes : dict
+        Numbers, or texts with units, by path.
+    """
     values: dict[str, Number] = {}
     for name, raw in changes.items():
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..errors import SpecError
 from .bearing import Bearing, Pin
@@ -71,6 +71,11 @@ class Machine(Spec):
         first = magnet.controller or self.controller
         second = magnet.controller_z or (magnet.controller or self.controller_z or first)
         return first, second
+
+    def without_controllers(self) -> Machine:
+        """The same machine with its loops cut; magnets keep their bias."""
+        bare = tuple(replace(m, controller=None, controller_z=None) for m in self.magnets)
+        return replace(self, magnets=bare, controller=None, controller_z=None)
 
     def check(self) -> None:
         length = self.rotor.shaft.length
@@ -148,6 +153,13 @@ class Machine(Spec):
 
     def _check_coupling(self) -> None:
         law = self.controller
+        if self.controller_z is not None and serves_all(self.controller_z):
+            raise SpecError(
+                "serves both axes of all magnets",
+                field="controller_z",
+                got=self.controller_z.type,
+                remedy="make it the controller",
+            )
         if law is None or not serves_all(law):
             return
         own = [f"magnets[{i}]" for i, m in enumerate(self.magnets) if m.controller or m.controller_z]
@@ -162,7 +174,7 @@ class Machine(Spec):
             raise SpecError(
                 f"has {law.law.ports} inputs for {wanted} magnets",
                 field="controller.law",
-                remedy=f"give 1, {wanted} or {2 * wanted} of them",
+                remedy=f"give {wanted}, {2 * wanted} for both axes apart, or 1 without cross for each axis alone",
             )
         if isinstance(law, StateSpace) and law.law.ports == 2 * wanted and (law.cross or law.cross_rate):
             raise SpecError(

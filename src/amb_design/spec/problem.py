@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import SpecError
 from .admissible import check_bounds
+from .controller import LQR, StateFeedback, weights
 from .fields import Shown, is_number
 from .influence import check_influence
 from .machine import Machine
@@ -299,6 +300,13 @@ class DesignProblem:
                 raise SpecError(
                     "is a symbol in the machine", field=path, remedy="give a number and name the field in `free`"
                 )
+        if isinstance(self.machine.controller, LQR | StateFeedback):
+            raise SpecError(
+                "is an ideal that nobody can build",
+                field="machine.controller",
+                got=self.machine.controller.type,
+                remedy="design with pid, state_space or lqg, and analyse the ideal by itself",
+            )
         for key in ("name", "question"):
             if not isinstance(getattr(self, key), str):
                 raise SpecError("must be text", field=key, got=getattr(self, key), remedy="write it in quotes")
@@ -455,6 +463,12 @@ class DesignProblem:
                             "is no part of the machine itself",
                             field=f"{where}.{name}",
                             remedy="scale numbers of the rotor, bearings, magnets or controllers",
+                        )
+                    if path in {f"controller.{name}" for name in weights(self.machine.controller)}:
+                        raise SpecError(
+                            "is a weight of the law, which is designed for the machine as drawn",
+                            field=f"{where}.{name}",
+                            remedy="scale numbers of the machine or of the hardware around the law",
                         )
                     if path.rpartition(".")[2] in _RESIDUAL:
                         raise SpecError(

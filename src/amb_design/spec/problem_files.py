@@ -119,6 +119,19 @@ def load_optimum(path_or_name: str | os.PathLike[str], variant: str | None = Non
         raise (error if error.file else error.in_file(str(file))) from None
 
 
+def has_optimum(path_or_name: str | os.PathLike[str]) -> bool:
+    """True if there is a problem with an ``optimum.toml`` beside it.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+    """
+    try:
+        return (locate(path_or_name, (PROBLEM_FILE,)).parent / OPTIMUM_FILE).is_file()
+    except SpecError:
+        return False
+
+
 def _stored(tables: Tables, problem: DesignProblem, variant: str) -> dict[str, float]:
     if tables.get("format") != OPTIMUM_FORMAT:
         raise SpecError(

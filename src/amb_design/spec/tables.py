@@ -14,7 +14,7 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from ..errors import SpecError
 from ..units import parse_quantity
@@ -23,6 +23,8 @@ from .fields import Spec, is_number
 from .machine import Machine
 from .material import Isotropic, Material, Orthotropic
 from .shaft import Ply, Segment
+
+S = TypeVar("S", bound=Spec)
 
 _LAYUP = {"material": "material", "angles": "angle", "thickness": "thickness"}  # key of a layup: field of a ply
 _ALIASES: dict[type, dict[str, str]] = {Segment: {"layup": "plies"}}  # key in a file: field that it fills
@@ -54,6 +56,23 @@ def machine_of(tables: dict[str, Any]) -> Machine:
         remedy = "say where the numbers come from: [source] with title = '...'"
         raise SpecError("is missing", field="source", remedy=remedy)
     return machine
+
+
+def spec_of(cls: type[S], table: Any) -> S:
+    """An object of a class of specifications that names neither materials nor layups, from its table.
+
+    Parameters
+    ----------
+    cls : type
+    table : dict
+
+    Raises
+    ------
+    SpecError
+        With the path of the field that is wrong.
+    """
+    found: S = _Names().spec(cls, table)
+    return found
 
 
 def controller_of(table: Any, former: Any = None) -> Any:

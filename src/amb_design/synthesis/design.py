@@ -11,9 +11,10 @@ import casadi as ca
 import numpy as np
 
 from ..errors import ModelError, SolveError
-from ..spec.controller import LQG, LQR, Chain, Matrices, StateSpace, needs_design
+from ..spec.controller import LQG, LQR, Chain, Matrices, StateSpace, ideal_law, needs_design
 from ..spec.machine import Machine
 from .lqg import Law, law_of
+from .obstacle import WEIGHTS, obstacle
 from .plant import PlantFamily
 from .reduction import Array, basis_of
 from .regulator import state_feedback
@@ -50,6 +51,27 @@ def synthesise(machine: Machine) -> Machine:
     return replace(machine, controller=_with_gains(law, lqg_law(machine)))
 
 
+def ideal(machine: Machine) -> Machine:
+    """A machine of an LQG under its regulator alone: the whole state known, currents without delay and noise.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an LQG controller.
+
+    Returns
+    -------
+    Machine
+        With an LQR of the same weights: what observer, integral action and hardware cost shows beside it.
+
+    Raises
+    ------
+    SpecError
+        If the controller is no LQG.
+    """
+    return replace(machine, name=f"{machine.name}, ideal regulator", controller=ideal_law(machine.controller))
+
+
 def lqg_law(machine: Machine) -> Law:
     """The law of a machine's LQG controller, with the solutions of its Riccati equations.
 
@@ -69,27 +91,13 @@ def lqg_law(machine: Machine) -> Law:
     try:
         return law_of(plant, float(law.design_speed), np.zeros(0), law.scheduled)
     except SolveError:
-        v, speed = plant.values, float(law.design_speed)
-        raise ModelError(_obstacle(machine, v["A0"] + speed * v["A1"], v["B"], v["C"])) from None
-
-
-def _obstacle(machine: Machine, A: Array, B: Array, C: Array) -> str:
-    """Which mode keeps a controller from existing, by the test of Popov, Belevitch and Hautus."""
-    values, right = np.linalg.eig(A)
-    left = np.linalg.inv(right)
-    for k in np.argsort(-values.real):
-        moved = np.abs(left[k] @ B).max() * np.linalg.norm(right[:, k])
-        seen = np.abs(C @ right[:, k]).max() * np.linalg.norm(left[k])
-        for strength, most, what in ((moved, B, "be moved by the magnets"), (seen, C, "be seen by the sensors")):
-            if values[k].real > -1e-3 and strength < 1e-9 * np.abs(most).max():
-                mode = f"the mode at {abs(values[k].imag) / (2.0 * np.pi):.4g} Hz"
-                return f"{machine.name}: {mode} cannot {what}; place them elsewhere or leave the mode to a bearing"
-    return f"{machine.name}: no observer and regulator with these weights; weigh displacement, current and noise less differently"
+        v, speeds = plant.values, (float(law.design_speed), 0.0)[: 1 + law.scheduled]
+        reasons = (obstacle(v["A0"] + speed * v["A1"], v["B"], v["C"]) for speed in speeds)
+        raise ModelError(f"{machine.name}: {next(filter(None, reasons), WEIGHTS)}") from None
 
 
 def _with_gains(law: LQG, found: Law) -> StateSpace:
-    parts = found.constant, found.rate
-    cross = any(np.any(x.imag) for part in parts for x in part.values())
+    cross = np.iscomplexobj(found.constant["a"])
     return StateSpace(
         **hardware_of(law),
         law=_matrices(found.constant, np.real),

@@ -30,6 +30,7 @@ class Gains:
     L : ndarray, shape (n, m)
     dK, dL : ndarray
     regulator, observer : Solution
+        The observer's is that of the adjoint problem; its poles are conjugates of the observer's.
     """
 
     K: Array
@@ -77,7 +78,7 @@ def regulator_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data
     unit = v["R"][0]
 
     def widened(A: Array, integrated: Array) -> Array:
-        out = np.zeros((*A.shape[:-2], n + e, n + e), complex)
+        out = np.zeros((*A.shape[:-2], n + e, n + e), A.dtype)
         out[..., :n, :n] = A
         if e:
             out[..., n:, :n] = integrated
@@ -178,13 +179,13 @@ def _blocks(
     n, m, e = plant.sizes
     v, d = plant.values, plant.changes
     B, C = v["B"], v["C"]
-    a = np.zeros((n + e, n + e), complex)
+    a = np.zeros((n + e, n + e), B.dtype)
     a[:n] = -B @ K
     a[:n, :n] += v[name] - L @ C
-    da = np.zeros((len(dK), n + e, n + e), complex)
+    da = np.zeros((len(dK), n + e, n + e), B.dtype)
     da[:, :n] = -d["B"] @ K - B @ dK
     da[:, :n, :n] += d[name] - dL @ C - L @ d["C"]
-    b, db = np.zeros((n + e, m), complex), np.zeros((len(dK), n + e, m), complex)
+    b, db = np.zeros((n + e, m), B.dtype), np.zeros((len(dK), n + e, m), B.dtype)
     b[:n], db[:, :n] = L, dL
     if e and integrates:
         b[n:], db[:, n:] = v["E"], d["E"]

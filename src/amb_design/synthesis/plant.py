@@ -61,13 +61,15 @@ class PlantFamily:
     machine : Machine
         With expressions in p, and an LQG controller.
     basis : Basis
+    nominal : LQG, optional
+        The controller in numbers, which sizes of states are taken from; the machine's own if left out.
     """
 
-    def __init__(self, p: ca.SX, machine: Machine, basis: Basis):
+    def __init__(self, p: ca.SX, machine: Machine, basis: Basis, nominal: LQG | None = None):
         law = machine.controller
         assert isinstance(law, LQG)
-        pairs = _assembled(machine, law, basis)
-        self.parameters = int(p.shape[0])
+        pairs = _assembled(machine, law, basis, nominal or law)
+        self.complex_form = basis.complex_form
         self.shapes = {name: pair.shape for name, pair in pairs.items()}
         both = [ca.SX(ca.densify(part)) for pair in pairs.values() for part in (pair.re, pair.im)]
         values = ca.vertcat(*[ca.vec(x) for x in both])
@@ -90,7 +92,7 @@ class PlantFamily:
             size = rows * columns
             parts = [flat[..., start + k * size : start + (k + 1) * size] for k in range(2)]
             re, im = (x.reshape(*x.shape[:-1], columns, rows).swapaxes(-1, -2) for x in parts)
-            matrix = re + 1j * im
+            matrix = re + 1j * im if self.complex_form else re
             out[name] = matrix[..., 0].real if name in ("R", "V") else matrix
             start += 2 * size
         return out
@@ -116,7 +118,7 @@ class _Layout:
         return slice(start[block], start[block] + length)
 
 
-def _assembled(machine: Machine, law: LQG, basis: Basis) -> dict[str, Pair]:
+def _assembled(machine: Machine, law: LQG, basis: Basis, nominal: LQG) -> dict[str, Pair]:
     rotor = reduced(machine, basis)
     before, behind = ({name: getattr(part, name).constant.re for name in "abcd"} for part in hardware(law))
     m = rotor.push.shape[1]
@@ -142,7 +144,7 @@ def _assembled(machine: Machine, law: LQG, basis: Basis) -> dict[str, Pair]:
             re["A0"][own, at.place("behind", j)] = -ca.mtimes(before["b"][:, 0] * rotor.residual[i, j], behind["c"])
         re["C"][i, own] = before["c"]
     weights, noise = _weights(law, rotor.moved, basis, behind, at), _noise(law, rotor.force, basis, re["B"], at)
-    scale = _scale(law, basis, behind, at)
+    scale = _scale(nominal, basis, at)
     grow, shrink = ca.diag(scale), ca.diag(1.0 / scale)
     for x in (re, im):
         x["A0"], x["A1"] = (ca.mtimes([shrink, x[name], grow]) for name in ("A0", "A1"))
@@ -196,15 +198,9 @@ def _noise(law: LQG, force: ca.SX, basis: Basis, inputs: ca.SX, at: _Layout) -> 
     }
 
 
-def _scale(law: LQG, basis: Basis, behind: dict[str, ca.SX], at: _Layout) -> ca.DM:
+def _scale(law: LQG, basis: Basis, at: _Layout) -> ca.DM:
     """Size of each state."""
     amplitude = MOTION / np.maximum(basis.heights, 1e-12)
-    current = _number(law.current)
-    sensed = MOTION * abs(_number(law.sensor_gain))
-    rest = np.concatenate([np.full(at.axes * at.behind, current), np.full(at.axes * at.before, sensed)])
+    sensed = MOTION * abs(law.sensor_gain)
+    rest = np.concatenate([np.full(at.axes * at.behind, law.current), np.full(at.axes * at.before, sensed)])
     return ca.DM(np.concatenate([amplitude, PACE * amplitude, rest]))
-
-
-def _number(value: object) -> float:
-    """A number, or one where a variable stands in its place: it only scales."""
-    return float(value) if isinstance(value, int | float) else 1.0

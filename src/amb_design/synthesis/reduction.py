@@ -18,7 +18,6 @@ from ..model.magnet import negative_stiffness
 from ..model.mesh import Mesh, plan
 from ..model.pair import Matrix, Pair
 from ..spec.machine import Machine
-from ..spec.paths import replace
 
 Array = np.ndarray
 
@@ -70,38 +69,40 @@ def basis_of(machine: Machine, modes: int) -> Basis:
     Raises
     ------
     ModelError
-        If there are fewer modes.
+        If there are fewer modes, or so few are asked for that the rest would not stand without control, such as rigid-body motions.
     """
     mesh = plan(machine)
-    plant = structure(without_controllers(machine), mesh)
+    plant = structure(machine.without_controllers(), mesh)
     mass, stiffness = _full(plant.M), _full(plant.K0)
-    for axis in plant.axes:  # take the negative stiffness out again
-        at = _full(axis.actuator)
-        stiffness = stiffness + float(negative_stiffness(machine.magnets[axis.magnet])) * (at @ at.T)
-    count = modes if plant.complex_form else 2 * modes
+    push = np.hstack([_full(a.actuator) for a in plant.axes])
+    outward = np.array([float(negative_stiffness(machine.magnets[a.magnet])) for a in plant.axes])
+    stiffness = stiffness + push * outward @ push.T  # take the negative stiffness out again
+    planes = 1 if plant.complex_form else 2
+    count = planes * modes
     if count > len(mass):
         raise ModelError(f"{machine.name} has {len(mass)} modes in its model, fewer than the {count} of the controller")
     squares, shapes = sla.eigh((stiffness + stiffness.T) / 2.0, mass)
+    pull = shapes.T @ push
+    needed = next(c for c in range(modes, len(mass) + 1) if _stands(squares, pull, outward, planes * c))
+    if needed > modes:
+        raise ModelError(
+            f"{machine.name}: controller.modes = {modes} leaves out a mode that does not stand without control; "
+            f"raise it to {needed} or more"
+        )
     frequencies = np.sqrt(np.maximum(squares, 0.0))
     sense = np.hstack([_full(a.sensor) for a in plant.axes])
-    push = np.hstack([_full(a.actuator) for a in plant.axes])
-    rest = shapes[:, count:]
-    residual = (sense.T @ rest) / squares[count:] @ (rest.T @ push)
+    residual = (sense.T @ shapes[:, count:]) / squares[count:] @ pull[count:]
     width = 2 if plant.complex_form else 4
     moving = [i for i, place in enumerate(plant.free) if place % width < width // 2]
     heights = np.abs(shapes[moving, :count]).max(axis=0)
     return Basis(shapes[:, :count], frequencies[:count], heights, residual, mesh, plant.complex_form)
 
 
-def without_controllers(machine: Machine) -> Machine:
-    """The machine with its loops cut; magnets keep their bias.
-
-    Parameters
-    ----------
-    machine : Machine
-    """
-    bare = tuple(replace(m, {"controller": None, "controller_z": None}) for m in machine.magnets)
-    return replace(machine, {"controller": None, "controller_z": None, "magnets": bare})
+def _stands(squares: Array, pull: Array, outward: Array, known: int) -> bool:
+    """True if all modes but the first ones bear the magnets' negative stiffness by themselves."""
+    rest = np.diag(squares[known:]) - pull[known:] * outward @ pull[known:].T
+    rounding = 100.0 * np.finfo(float).eps * squares[-1]
+    return not len(rest) or bool(sla.eigvalsh(rest, subset_by_index=(0, 0))[0] > rounding)
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def reduced(machine: Machine, basis: Basis) -> Reduced:
         Numbers or CasADi scalars; of the same mesh as the basis.
     basis : Basis
     """
-    plant: Structure = structure(without_controllers(machine), basis.mesh, basis.complex_form)
+    plant: Structure = structure(machine.without_controllers(), basis.mesh, basis.complex_form)
     phi = ca.DM(basis.shapes)
     mass = ca.mtimes([phi.T, plant.M.re, phi])
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -21,7 +22,7 @@ from .plant import PlantFamily
 from .reduction import Array, basis_of
 
 PARTS = ("law", "cross", "law_rate", "cross_rate")
-"""Of a `StateSpace`, in the order of the numbers."""
+"""Of a `StateSpace`: real and imaginary part, then what a rad/s adds to each."""
 
 
 class TunedLaw:
@@ -45,38 +46,32 @@ class TunedLaw:
     """
 
     def __init__(self, p: ca.SX, machine: Machine, nominal: Machine):
-        law = machine.controller
-        if not isinstance(law, LQG):
+        law, own = machine.controller, nominal.controller
+        if not (isinstance(law, LQG) and isinstance(own, LQG)):
             raise ModelError(f"{nominal.name} has no LQG controller to tune")
         basis = basis_of(nominal, law.modes)
-        self._name, self._scheduled, self._cross = nominal.name, law.scheduled, basis.complex_form
-        self._plant = PlantFamily(p, machine, basis)
+        self._name, self._scheduled = nominal.name, law.scheduled
+        self._plant = PlantFamily(p, machine, basis, own)
         speed = ca.SX(law.design_speed)
         self._speed = ca.Function("speed", [p], [speed, ca.jacobian(speed, p)])
-        self._integrals = 0 if law.integral is None else self._plant.shapes["B"][1]
         n, m = self._plant.shapes["B"]
-        size = n + self._integrals
+        size = n + (0 if law.integral is None else m)
         shapes = {"a": (size, size), "b": (size, m), "c": (m, size)}
-        symbols: list[ca.SX] = []
-        sides = []
-        for part in range(2 if law.scheduled else 1):
-            for _ in range(2 if self._cross else 1):
-                matrices = {}
-                for name in LAW:
-                    rows, columns = shapes[name]
-                    free = (
-                        n if name == "a" or (name == "b" and part == 1) else rows
-                    )  # integrals follow what is sensed alone
-                    entries = ca.SX.sym(f"{name}{len(symbols)}", free, columns)
-                    symbols.append(ca.vec(entries))
-                    matrices[name] = ca.vertcat(entries, ca.SX(rows - free, columns))
-                sides.append(Matrices(**matrices))
-        self.numbers = ca.vertcat(*symbols)
-        names = [
-            name for name in PARTS if (self._cross or "cross" not in name) and (law.scheduled or "rate" not in name)
+        # Integrals follow what is sensed alone, whatever the gains and the speed.
+        self._entries = [
+            (rate, imaginary, name, n if name == "a" or (name == "b" and rate) else shapes[name][0])
+            for rate in range(2 if law.scheduled else 1)
+            for imaginary in range(2 if basis.complex_form else 1)
+            for name in LAW
         ]
-        parts = dict(zip(names, sides, strict=True))
-        self.machine = replace(machine, controller=StateSpace(**hardware_of(law), **parts))
+        symbols = [ca.SX.sym(f"{name}{k}", rows, shapes[name][1]) for k, (*_, name, rows) in enumerate(self._entries)]
+        self.numbers = ca.vertcat(*[ca.vec(x) for x in symbols])
+        parts: dict[str, dict[str, ca.SX]] = {}
+        for (rate, imaginary, name, rows), x in zip(self._entries, symbols, strict=True):
+            below = ca.SX(shapes[name][0] - rows, x.shape[1])
+            parts.setdefault(PARTS[2 * rate + imaginary], {})[name] = ca.vertcat(x, below)
+        matrices: dict[str, Any] = {part: Matrices(**found) for part, found in parts.items()}
+        self.machine = replace(machine, controller=StateSpace(**hardware_of(law), **matrices))
 
     def at(self, p: Array) -> tuple[Array, Array]:
         """Values of the numbers, and their derivatives.
@@ -101,17 +96,13 @@ class TunedLaw:
             law = law_of(plant, float(speed[0, 0]), moves[0], self._scheduled)
         except SolveError as error:
             raise SolveError(f"{self._name}: {error}") from None
-        n = plant.sizes[0]
-        values = np.concatenate(list(self._flat(law.constant, law.rate, n)))
-        slopes = np.concatenate(list(self._flat(law.d_constant, law.d_rate, n)), axis=-1)
+        values = np.concatenate(list(self._flat(law.constant, law.rate)))
+        slopes = np.concatenate(list(self._flat(law.d_constant, law.d_rate)), axis=-1)
         return values, slopes.T
 
-    def _flat(self, constant: dict[str, Array], rate: dict[str, Array], n: int) -> Iterator[Array]:
+    def _flat(self, *parts: dict[str, Array]) -> Iterator[Array]:
         """Entries in the order of the numbers, along the last axis."""
-        for part, matrices in enumerate((constant, rate)[: 2 if self._scheduled else 1]):
-            for side in (np.real, np.imag)[: 2 if self._cross else 1]:
-                for name in LAW:
-                    x = side(matrices[name])
-                    free = n if name == "a" or (name == "b" and part == 1) else x.shape[-2]
-                    kept = x[..., :free, :].swapaxes(-1, -2)  # column by column, as CasADi has it
-                    yield kept.reshape(*kept.shape[:-2], -1)
+        for rate, imaginary, name, rows in self._entries:
+            x = (np.imag if imaginary else np.real)(parts[rate][name])
+            kept = x[..., :rows, :].swapaxes(-1, -2)  # column by column, as CasADi has it
+            yield kept.reshape(*kept.shape[:-2], -1)

@@ -133,14 +133,14 @@ class Actuator:
         force, saturated["flux"] = self._force(current, y)
         return Response(force, current, rates, current_rate, saturated)
 
-    def voltages(self, current: Any, current_rate: Any, velocity: Any) -> Any:
-        """Voltages of the two coils of the pair [V], as a column; zeros for magnets without geometry."""
+    def voltages(self, current: Array, current_rate: Array, velocity: Array) -> Array:
+        """Voltages of the two coils of the pair [V], shape (m, 2); zeros for magnets without geometry."""
         m = self.magnet
         if not m.has_geometry:
-            return ca.DM(2, 1)
+            return np.zeros((len(current), 2))
         changing = float(inductance(m)) * current_rate + float(ca.DM(back_emf_constant(m))) * velocity
-        r, i0 = m.resistance or 0.0, m.bias_current
-        return ca.vertcat(changing + r * (i0 + current), -changing + r * (i0 - current))
+        r, i0 = float(m.resistance or 0.0), float(m.bias_current or 0.0)
+        return np.stack([changing + r * (i0 + current), -changing + r * (i0 - current)], axis=1)
 
     @property
     def limits_voltage(self) -> bool:

@@ -85,6 +85,16 @@ class Equations:
         return 2 * self.plant.size + self.controllers
 
     @cached_property
+    def quantities(self) -> Array:
+        """From the state to the first five inputs of `magnets`, one below the other."""
+        p, n, axes = self.plant, self.plant.size, len(self.actuators)
+        rows = np.zeros((4 * axes + self.controllers, self.size))
+        rows[:axes, :n] = rows[axes : 2 * axes, n : 2 * n] = p.actuators
+        rows[2 * axes : 3 * axes, :n] = rows[3 * axes : 4 * axes, n : 2 * n] = p.sensors
+        rows[4 * axes :, 2 * n :] = np.eye(self.controllers)
+        return rows
+
+    @cached_property
     def load(self) -> Array:
         """Generalised forces of the signals, shape (n, signals)."""
         p = self.plant
@@ -123,7 +133,7 @@ class Equations:
             ca.vertcat(ca.fmax(flags[2 * i], flags[2 * i + 1]), ca.SX(touch[i][1]), ca.SX(touch[i][2]))
             for i in range(places)
         ]
-        column: Callable[[list[Any]], Any] = lambda parts: ca.vertcat(ca.SX(0, 1), *parts)  # noqa: E731
+        column: Callable[[list[Any]], Any] = lambda parts: ca.densify(ca.vertcat(ca.SX(0, 1), *parts))  # noqa: E731
         return ca.Function(
             "magnets",
             [y, v, s, r, state, held, speed],
@@ -217,31 +227,6 @@ class Equations:
         """Displacements in y and z at the magnets for unit coordinates, shape (2 magnets, n)."""
         rows = [self.plant.row(float(m.position)) for m in self.machine.magnets]
         return np.vstack([np.zeros((0, self.plant.size)), *rows])
-
-    @cached_property
-    def outputs(self) -> ca.Function:
-        """Currents, voltages, axis forces, contact forces and flags, of the `symbols`."""
-        n = self.plant.size
-        x, _, speed, _, held = symbols = self.symbols()
-        _, _, pull, touch, _, current, known, flags = self._parts(x, held, speed)
-        velocity = ca.mtimes(_dm(self.plant.actuators), x[n : 2 * n])
-        change = ca.jtimes(current, x, self.rhs(*symbols)[0])
-        volts = []
-        for k, actuator in enumerate(self.actuators):
-            has_amplifier = actuator.chain is not None and actuator.chain.bandwidth > 0.0
-            di = known[k] if has_amplifier else change[k]
-            volts.append(actuator.voltages(current[k], di, velocity[k]))
-        return ca.Function(
-            "outputs",
-            list(symbols),
-            [current, ca.vertcat(ca.MX(0, 1), *volts), pull, touch, flags],
-            {"allow_free": False},
-        )
-
-    def many(self, function: ca.Function, *columns: Array) -> list[Array]:
-        """Evaluate for many columns at once; results have one row for each."""
-        found = function.call([ca.DM(c) for c in columns])
-        return [np.array(f.full()).T for f in found]
 
 
 def clip01(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What acts on the rotor from outside: forces, impulses, a moving base, backup bearings; and how a controller samples."""
+"""What acts on the rotor from outside: forces, impulses, a moving base, backup bearings."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..analysis.system import Array
 from ..errors import SpecError
 from ..spec.fields import Number, OptionalNumber, Spec, number
 
@@ -103,18 +104,6 @@ class Contact(Spec):
     slip_speed: Number = number("m/s", "slip at which friction has 3/4 of its size", domain="positive", default=0.01)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sampling(Spec):
-    """A digital controller: everything before the amplifier works at discrete times.
-
-    Its filters and PID are discretised exactly for inputs that are held between samples (zero-order hold), and their
-    output is held. The chain's own `delay`, the continuous stand-in for this, is left out.
-    """
-
-    period: Number = number("s", "time between samples", domain="positive")
-    delay: Number = number("s", "from a sample to its effect", domain="nonnegative", default=0.0)
-
-
 @dataclass(frozen=True)
 class Spin:
     """Spin speed over time: constant, or linear between the entries of a table.
@@ -165,14 +154,19 @@ class Spin:
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Angle turned since the first entry [rad], speed and, from t on, its derivative."""
-        k = min(max(int(np.searchsorted(self.times, t, side="right")) - 1, 0), max(len(self.times) - 2, 0))
-        rate = 0.0
-        if len(self.times) > 1:
-            rate = (self.speeds[k + 1] - self.speeds[k]) / (self.times[k + 1] - self.times[k])
-        lengths, means = np.diff(self.times[: k + 1]), (np.array(self.speeds[1 : k + 1]) + self.speeds[:k]) / 2.0
-        tau = t - self.times[k]
-        turned = float(lengths @ means) + (self.speeds[k] + 0.5 * rate * tau) * tau
-        return turned, self.speeds[k] + rate * tau, rate
+        angles, speeds, rates = self.over(np.array([t]))
+        return float(angles[0]), float(speeds[0]), float(rates[0])
+
+    def over(self, times: Array) -> tuple[Array, Array, Array]:
+        """The same at many times."""
+        start, speed, rate = np.array(self.times), np.array(self.speeds), np.zeros(1)
+        turned = np.zeros(1)
+        if len(start) > 1:
+            rate = np.diff(speed) / np.diff(start)
+            turned = np.concatenate([[0.0], np.cumsum(np.diff(start) * (speed[1:] + speed[:-1]) / 2.0)])
+        k = np.clip(np.searchsorted(start, times, side="right") - 1, 0, len(rate) - 1)
+        tau = times - start[k]
+        return turned[k] + (speed[k] + 0.5 * rate[k] * tau) * tau, speed[k] + rate[k] * tau, rate[k]
 
 
 def ascending(values: Sequence[float], field: str) -> None:

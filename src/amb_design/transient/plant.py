@@ -16,6 +16,7 @@ import numpy as np
 import scipy.linalg as sla
 from scipy.sparse.csgraph import connected_components
 
+from ..analysis.places import interpolated
 from ..analysis.system import Array, dense, node_positions
 from ..errors import ModelError
 from ..model.loop import Axis, Block, Structure, structure
@@ -87,16 +88,6 @@ class Plant:
         return np.asarray(disturbance.y * v + disturbance.z * w)
 
 
-def interpolated(positions: Array, shapes: Array, position: float) -> Array:
-    """Quadratic interpolation inside the elements of values at the nodes, as the model has it."""
-    if not positions[0] <= position <= positions[-1] * (1.0 + 1e-12):
-        raise ModelError(f"x = {position:g} m is not on the shaft (0 to {positions[-1]:g} m)")
-    left = 2 * min(int(np.searchsorted(positions[2::2], position)), (len(positions) - 3) // 2)
-    t = (position - positions[left]) / (positions[left + 2] - positions[left])
-    psi = np.array([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
-    return np.asarray(np.tensordot(psi, shapes[left : left + 3], 1))
-
-
 def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbance, ...]) -> Plant:
     """Reduce the machine to modal coordinates.
 
@@ -144,7 +135,7 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         K1=reduce(dense(whole.K1)),
         shapes=nodes @ shapes,
         positions=x,
-        inertia=shapes.T @ _inertia(machine, free),
+        inertia=shapes.T @ _inertia(whole, machine),
         unbalance=shapes.T @ _unbalance(whole, machine),
         actuators=actuators.T @ shapes,
         sensors=_columns(whole, "sensor").T @ shapes,
@@ -182,12 +173,14 @@ def _columns(whole: Structure, name: str) -> Array:
     return np.hstack([np.zeros((whole.size, 0)), *[ca.DM(getattr(a, name)).full() for a in whole.axes]])
 
 
-def _inertia(machine: Machine, free: list[int]) -> Array:
+def _inertia(whole: Structure, machine: Machine) -> Array:
     """Mass times a rigid translation in y and z; the mass that the pins hold counts, so it is assembled without them."""
-    hanging = structure(dataclasses.replace(machine, pins=()), plan(machine), complex_form=False)
+    hanging = whole
+    if machine.pins:
+        hanging = structure(dataclasses.replace(machine, pins=()), plan(machine), complex_form=False)
     rigid = np.zeros((hanging.size, 2))
     rigid[0::4, 0] = rigid[1::4, 1] = 1.0
-    return np.asarray((dense(hanging.M) @ rigid)[free])
+    return np.asarray((dense(hanging.M) @ rigid)[list(whole.free)])
 
 
 def _unbalance(whole: Structure, machine: Machine) -> Array:

@@ -8,17 +8,16 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
+from ..analysis.places import interpolated
 from ..analysis.system import Array
-from ..errors import ModelError
+from ..errors import ModelError, SpecError
 from ..spec.files import dumps, loads
 from ..spec.machine import Machine
-from .equations import FLAGS, WORKS, Equations
-from .plant import interpolated
-from .run import History
-from .schedule import HEAD, Schedule
+from .equations import FLAGS, WORKS
 from .state import State
 
 NO_SOURCE = {"where": "not stated"}
@@ -36,9 +35,9 @@ class Saturation:
     magnet : int
         Index of the magnet.
     first : float
-        First output time at which it was met [s].
+        The output time after which it was met first [s].
     share : float
-        Of the output times at which it was met, between 0 and 1.
+        Of the time during which it was met, between 0 and 1; for linear motion, of the output times.
     """
 
     kind: str
@@ -90,7 +89,7 @@ class Transient:
     works : dict of ndarray, shape (m,)
         Work of each force on the rotor since the start [J].
     saturations : tuple of Saturation
-        What was met at the output times, in the order of time.
+        What was met, also between the output times, in the order of time.
     final : State
         Where another run may start; that of the last finished chunk if the run stopped early.
     stopped : str
@@ -200,55 +199,26 @@ def load_transient(path: str | os.PathLike[str]) -> Transient:
     Parameters
     ----------
     path : str or path
+
+    Raises
+    ------
+    SpecError
+        If there is no such file, or another kind of it.
     """
-    with np.load(path) as found:
-        arrays = dict(found)
-    works = {name: arrays.pop(f"work_{name}") for name in WORKS}
-    final = State.of(arrays)
-    met = tuple(Saturation(FLAGS[int(k)], int(m), float(t), float(s)) for k, m, t, s in arrays.pop("saturations"))
-    machine, stopped = loads(str(arrays.pop("machine"))), str(arrays.pop("stopped"))
-    rest = {k: v for k, v in arrays.items() if not k.startswith("final_")}
-    return Transient(works=works, final=final, saturations=met, machine=machine, stopped=stopped, **rest)
-
-
-def evaluated(e: Equations, schedule: Schedule, history: History, final: State, stopped: str) -> Transient:
-    """All results from the raw history."""
-    p, n, times = e.plant, e.plant.size, history.times
-    count, magnets = len(times), len(e.machine.magnets)
-    numbers = np.zeros((HEAD + len(schedule.forces), count))
-    pieces = list(schedule.pieces(float(times[0]), float(times[-1]), p)) if count > 1 else []
-    for piece in reversed(pieces):  # an instant between two belongs to the earlier one
-        numbers[:, (times >= piece.start) & (times <= piece.stop)] = piece.numbers[:, None]
-    signals, speeds, rates = (f.T for f in e.many(schedule.signals, times[None], numbers))
-    current, volts, pull, touch, flags = e.many(e.outputs, history.states.T, signals, speeds, rates, history.held.T)
-    xi, rate = history.states[:, :n], history.states[:, n : 2 * n]
-    return Transient(
-        times=times,
-        speeds=speeds[0],
-        angles=np.array([schedule.spin.at(float(t))[0] + schedule.angle for t in times]),
-        positions=p.positions,
-        currents=current.reshape(count, magnets, 2),
-        voltages=volts.reshape(count, magnets, 2, 2),
-        magnet_forces=pull.reshape(count, magnets, 2),
-        contact_forces=touch.reshape(count, magnets, 2),
-        kinetic=0.5 * np.sum(rate**2, axis=1),
-        potential=0.5 * np.einsum("mi,ij,mj->m", xi, p.K0, xi, optimize=True),
-        works={name: history.works[:, k] for k, name in enumerate(WORKS)},
-        saturations=_met(times, flags.reshape(count, magnets, len(FLAGS))),
-        final=final,
-        stopped=stopped,
-        machine=e.machine,
-        coordinates=xi,
-        rates=rate,
-        shapes=p.shapes,
-    )
-
-
-def _met(times: Array, flags: Array) -> tuple[Saturation, ...]:
-    found = []
-    for i in range(flags.shape[1]):
-        for k, kind in enumerate(FLAGS):
-            where = flags[:, i, k] > 0.5
-            if where.any():
-                found.append(Saturation(kind, i, float(times[np.argmax(where)]), float(where.mean())))
-    return tuple(sorted(found, key=lambda s: s.first))
+    try:
+        with np.load(path) as found:
+            arrays = dict(found)
+        works = {name: arrays.pop(f"work_{name}") for name in WORKS}
+        final = State.of(arrays)
+        met = tuple(Saturation(FLAGS[int(k)], int(m), float(t), float(s)) for k, m, t, s in arrays.pop("saturations"))
+        machine, stopped = loads(str(arrays.pop("machine"))), str(arrays.pop("stopped"))
+        rest = {k: v for k, v in arrays.items() if not k.startswith("final_")}
+        return Transient(works=works, final=final, saturations=met, machine=machine, stopped=stopped, **rest)
+    except FileNotFoundError:
+        raise SpecError(
+            "does not exist", file=os.fspath(path), remedy="name the file that a simulation wrote"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError, BadZipFile):
+        raise SpecError(
+            "is no saved simulation of this version", file=os.fspath(path), remedy="simulate again"
+        ) from None

@@ -1,54 +1,22 @@
-"""The run through time: piece by piece, chunk by chunk, with what was finished kept on disk."""
+"""The run through time: piece by piece, chunk by chunk."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..analysis.system import Array
-from ..errors import ModelError, SolveError
-from .equations import WORKS, Equations
+from ..errors import SolveError
+from .equations import FLAGS, WORKS, Equations
+from .history import Chunks, History, whole
 from .sampled import Sampler
 from .schedule import Piece, Schedule
 from .state import State
-from .steppers import Stepper
+from .stepper import Stepper
 
 Progress = Callable[[float], None]
 """Called with the fraction of the run that is done."""
-
-
-@dataclass(frozen=True)
-class History:
-    """Raw results at the output times.
-
-    Attributes
-    ----------
-    times : ndarray, shape (m,)
-    states : ndarray, shape (m, size)
-    held : ndarray, shape (m, axes)
-        Commands of sampled controllers.
-    works : ndarray, shape (m, forces)
-        Since the start of the run.
-    """
-
-    times: Array
-    states: Array
-    held: Array
-    works: Array
-
-    def joined(self, other: History) -> History:
-        """This one and what follows it."""
-        return History(*(np.concatenate([getattr(self, k), getattr(other, k)]) for k in vars(self)))
-
-    def head(self, count: int) -> History:
-        """The first of it."""
-        return History(*(getattr(self, k)[:count] for k in vars(self)))
 
 
 class Run:
@@ -75,7 +43,8 @@ class Run:
 
     def here(self) -> History:
         """The present as a history of one instant."""
-        return History(np.array([self.time]), self.x[None], self.held[None], self.works[None])
+        flags = np.zeros((1, len(FLAGS) * len(self.equations.machine.magnets)))
+        return History(np.array([self.time]), self.x[None], self.held[None], self.works[None], flags)
 
     def state(self) -> State:
         """The present as a state to restart from."""
@@ -109,104 +78,77 @@ class Run:
         RuntimeError
             If the integrator gives up.
         """
-        found: list[History] = []
+        taken: list[tuple[Array, Array, float, bool]] = []  # states, commands, step, whether they are outputs
+        kicks: dict[int, float] = {}
         for piece in self.schedule.pieces(self.time, float(times[-1]), self.equations.plant):
-            self._kick(piece)
+            done = sum(len(t[0]) for t in taken)
+            kicks[done] = kicks.get(done, 0.0) + self._kick(piece)
             inside = times[(times > piece.start) & (times <= piece.stop)]
             for start, step, count, output in self._strides(piece, inside):
-                states, works = self.stepper.run(self.x, self.held, piece, start, step, count)
-                self.x, works = states[-1], self.works + works
-                self.works, self.time = works[-1], start + count * step
-                if output:
-                    report = start + step * np.arange(1, count + 1)
-                    found.append(History(report, states, np.tile(self.held, (count, 1)), works))
+                states = self.stepper.run(self.x, self.held, piece, start, step, count)
+                self.x, self.time = states[-1], start + count * step
+                taken.append((states, np.tile(self.held, (count, 1)), step, output))
             self.time = piece.stop
-        whole = found[0]
-        for part in found[1:]:
-            whole = whole.joined(part)
-        return History(times, whole.states, whole.held, whole.works)  # times to the last digit
+        works, shares = self.stepper.drain()
+        for row, work in kicks.items():
+            works[row, WORKS.index("forces")] += work
+        steps = np.concatenate([np.full(len(t[0]), t[2]) for t in taken])
+        ends = np.flatnonzero(np.concatenate([np.full(len(t[0]), t[3]) for t in taken]))
+        begins = np.concatenate([[0], ends[:-1] + 1])
+        self.works, before = self.works + works.sum(axis=0), self.works
+        lengths = np.add.reduceat(steps, begins)
+        return History(
+            times,
+            whole([t[0] for t in taken if t[3]]),
+            whole([t[1] for t in taken if t[3]]),
+            before + np.cumsum(works, axis=0)[ends],
+            np.add.reduceat(shares * steps[:, None], begins, axis=0) / lengths[:, None],
+        )
 
-    def _kick(self, piece: Piece) -> None:
-        """An impulse changes the kinetic energy at once."""
+    def _kick(self, piece: Piece) -> float:
+        """An impulse changes the kinetic energy at once; its work."""
         n = self.equations.plant.size
         before = self.x[n : 2 * n]
         if piece.kick.any():
-            self.works = self.works.copy()
-            self.works[WORKS.index("forces")] += float(piece.kick @ (before + 0.5 * piece.kick))
             self.x = np.concatenate([self.x[:n], before + piece.kick, self.x[2 * n :]])
+        return float(piece.kick @ (before + 0.5 * piece.kick))
 
     def _strides(self, piece: Piece, outputs: Array) -> Iterator[tuple[float, float, int, bool]]:
         """Start, step and number of equal steps, and whether their ends are outputs."""
+        if self.sampler is not None:
+            yield from self._events(self.sampler, piece, outputs)
+            return
+        edges, k = np.concatenate([[piece.start], outputs]), 0
+        while k < len(outputs):
+            step = float(edges[k + 1] - edges[k])
+            even = edges[k] + step * np.arange(1, len(edges) - k)
+            uneven = np.abs(edges[k + 1 :] - even) > 1e-9 * (abs(edges[k]) + step)
+            count = int(np.argmax(uneven)) if uneven.any() else len(uneven)
+            yield float(edges[k]), step, count, True
+            k += count
+        if edges[-1] < piece.stop:
+            yield float(edges[-1]), float(piece.stop - edges[-1]), 1, False
+
+    def _events(self, sampler: Sampler, piece: Piece, outputs: Array) -> Iterator[tuple[float, float, int, bool]]:
+        """The same with sampled controllers, from one event to the next."""
         stops = [(float(t), True) for t in outputs]
         if not stops or stops[-1][0] < piece.stop:
             stops.append((piece.stop, False))
         at, k = piece.start, 0
         while k < len(stops):
             stop, output = stops[k]
-            if self.sampler is not None:  # its commands may bring new events, so it acts first
-                self.sampler.act(at, self.x)
-                event = self.sampler.next_event(at)
-                if event < stop - 1e-9 * self.sampler.sampling.period:
-                    yield at, event - at, 1, False
-                    at = event
-                    continue
+            sampler.act(at, self.x)  # first, for its commands may bring new events
+            event = sampler.next_event(at)
+            if event < stop - 1e-9 * sampler.sampling.period:
+                yield at, event - at, 1, False
+                at = event
+            else:
                 yield at, stop - at, 1, output
                 at, k = stop, k + 1
-                continue
-            step, count = stop - at, 1
-            while k + count < len(stops) and stops[k + count][1] == output:
-                if abs(stops[k + count][0] - at - (count + 1) * step) > 1e-9 * (abs(at) + step):
-                    break
-                count += 1
-            yield at, step, count, output
-            at, k = stops[k + count - 1][0], k + count
 
 
 def _rows(sampler: Sampler) -> Array:
     return np.array(sampler.pending).reshape(-1, 1 + len(sampler.equations.actuators))
-
-
-class Chunks:
-    """Finished chunks in a folder, one file each, with the state at their end.
-
-    Parameters
-    ----------
-    folder : Path or None
-        Nothing is kept without one.
-    signature : str
-        Of everything that the run depends on.
-    """
-
-    def __init__(self, folder: Path | None, signature: str):
-        self.folder, self.signature = folder, hashlib.sha256(signature.encode()).hexdigest()
-
-    def begin(self, resume: bool) -> list[tuple[History, State]]:
-        """Chunks to go on from, in order; without `resume` the folder has to be empty."""
-        if self.folder is None:
-            return []
-        self.folder.mkdir(parents=True, exist_ok=True)
-        head, files = self.folder / "run.json", sorted(self.folder.glob("chunk-*.npz"))
-        if not resume and files:
-            raise ModelError(f"{self.folder} already holds chunks of a run; pass resume=True or another folder")
-        if files and (not head.exists() or json.loads(head.read_text())["signature"] != self.signature):
-            raise ModelError(f"{self.folder} holds chunks of another run; resume with the same machine and options")
-        head.write_text(json.dumps({"signature": self.signature}))
-        return [self._read(f) for f in files]
-
-    def keep(self, number: int, history: History, state: State) -> None:
-        """Write a chunk; a file under its final name is complete."""
-        if self.folder is None:
-            return
-        part = self.folder / "unfinished.npz"
-        arrays: dict[str, Any] = vars(history) | state.arrays()
-        np.savez(part, **arrays)
-        part.replace(self.folder / f"chunk-{number:06d}.npz")
-
-    @staticmethod
-    def _read(file: Path) -> tuple[History, State]:
-        with np.load(file) as found:
-            arrays = dict(found)
-        return History(*(arrays[k] for k in ("times", "states", "held", "works"))), State.of(arrays)
 
 
 def travel(
@@ -225,30 +167,29 @@ def travel(
     SolveError
         If the integrator gives up; its `history` is that of the finished chunks.
     """
-    history, state, stopped = run.here(), run.state(), ""
-    number = 0
+    parts, state, stopped = [run.here()], run.state(), ""
     for kept, state in chunks.begin(resume):
-        history, number = history.joined(kept), number + 1
+        parts.append(kept)
         run.resume(state, kept.works[-1])
-    while len(history.times) < len(times) and not stopped:
-        ahead = times[len(history.times) : len(history.times) + chunk]
+    done = sum(len(part.times) for part in parts)
+    while done < len(times) and not stopped:
         try:
-            found = run.advance(ahead)
+            found = run.advance(times[done : done + chunk])
         except RuntimeError as error:
             failure = SolveError(
-                f"the integrator gave up after {history.times[-1]:.6g} s; what was finished is in the error's `result`"
+                f"the integrator gave up after {times[done - 1]:.6g} s; try a larger tolerance or fewer modes"
             )
-            failure.history, failure.state = history, state  # type: ignore[attr-defined]
+            failure.history, failure.state = History.joined(parts), state  # type: ignore[attr-defined]
             raise failure from error
-        left, text = departed(run.equations, found)
-        history, stopped = history.joined(found.head(left)), text
+        left, stopped = departed(run.equations, found)
+        parts.append(found.head(left))
+        done += left
         if not stopped:
             state = run.state()
-            chunks.keep(number, found, state)
-            number += 1
+            chunks.keep(len(parts) - 2, found, state)
         if progress is not None:
-            progress(len(history.times) / len(times))
-    return history, state, stopped
+            progress(done / len(times))
+    return History.joined(parts), state, stopped
 
 
 def departed(e: Equations, history: History) -> tuple[int, str]:

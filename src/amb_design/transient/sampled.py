@@ -7,12 +7,10 @@ import math
 import numpy as np
 import scipy.linalg as sla
 
+from ..analysis.sampled import INSTANT, discretised
 from ..analysis.system import Array
+from ..spec.sampling import Sampling
 from .equations import Equations
-from .loads import Sampling
-
-INSTANT = 1e-9
-"""Times closer than this fraction of the period are one."""
 
 
 class Sampler:
@@ -32,10 +30,10 @@ class Sampler:
         self.pending = [row.copy() for row in pending]
         chains = [a.chain for a in equations.actuators if a.chain is not None]
         self._axes = [k for k, a in enumerate(equations.actuators) if a.chain is not None]
-        hold = [_held(c.a, c.b, sampling.period) for c in chains]
-        self._a, self._b = (sla.block_diag(np.zeros((0, 0)), *[h[i] for h in hold]) for i in (0, 1))
-        self._c = sla.block_diag(np.zeros((0, 0)), *[c.c for c in chains])
-        self._d = sla.block_diag(np.zeros((0, 0)), *[c.d for c in chains])
+        laws = [discretised(c.a, c.b, c.c, c.d, sampling) for c in chains]
+        self._a, self._b, self._c, self._d = (
+            sla.block_diag(np.zeros((0, 0)), *[law[i] for law in laws]) for i in range(4)
+        )
 
     def next_event(self, t: float) -> float:
         """Time of the next sample or command after t."""
@@ -61,10 +59,3 @@ class Sampler:
         command[self._axes] = self._c @ self.memory + self._d @ seen
         self.memory = self._a @ self.memory + self._b @ seen
         return command
-
-
-def _held(a: Array, b: Array, period: float) -> tuple[Array, Array]:
-    """Exact discretisation for inputs that are held."""
-    n, m = b.shape
-    whole = sla.expm(period * np.block([[a, b], [np.zeros((m, n + m))]]))
-    return whole[:n, :n], whole[:n, n:]

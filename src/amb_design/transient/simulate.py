@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
-from ..spec.controller import Chain, Controller
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
+from ..spec.sampling import Sampling
 from .actuator import Actuator
+from .closed_form import ClosedForm
+from .collocation import Collocation
 from .equations import Equations
-from .loads import Contact, Disturbance, Force, Sampling, Spin
+from .evaluation import evaluated
+from .history import Chunks
+from .idas import Idas
+from .loads import Contact, Disturbance, Force, Spin
 from .plant import plant_of
-from .result import Transient, evaluated
-from .run import Chunks, Progress, Run, travel
+from .result import Transient
+from .run import Progress, Run, travel
 from .sampled import Sampler
 from .schedule import Schedule
+from .split import Split
 from .start import continuous, initial
 from .state import State
-from .steppers import ClosedForm, Cvodes, Stepper
+from .stepper import Stepper
+
+INTEGRATORS: dict[str, Callable[[Split, Schedule, float], Stepper]] = {"collocation": Collocation, "idas": Idas}
+
+COARSEST = 2e-4
+"""Between outputs [s], at most: five for each period of 1 kHz."""
 
 Speed = float | tuple[Sequence[float], Sequence[float]]
 
@@ -46,8 +57,9 @@ def simulate(
     contact: Contact | bool = False,
     disturbances: Sequence[Disturbance] = (),
     sampling: Sampling | None = None,
-    tolerance: float = 1e-6,
-    chunk: int = 1000,
+    tolerance: float = 1e-5,
+    integrator: str = "collocation",
+    chunk: int | None = None,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -64,10 +76,10 @@ def simulate(
         Spin speed [rad/s]; a table is linear in between and must cover the run.
     modes : int, optional
         Keep the lowest modes of the rotor at rest on its passive bearings (a free rotor's first four are rigid), with static
-        correction at magnets, bearings and forces. All modes if left out: exact, and quick
-        in closed form, but slow in the integrator (BDF follows the ringing of almost undamped modes; try tolerance 1e-5).
+        correction at magnets, bearings and forces. All modes if left out, which costs little unless the speed varies.
     step : float, optional
-        Between outputs [s], shortened to divide the duration; if left out 1/40 of the shortest turn, at least 200 outputs.
+        Between outputs [s], shortened to divide the duration; if left out 0.2 ms or, if that is less, 1/40 of the shortest
+        turn or 1/200 of the duration; for sampled controllers the next number of samples, or part of one.
     start : {"centred", "resting", "levitated"} or State
         At rest in the centre; at rest on the backup bearings under gravity, controllers and bias switched on at once;
         levitated in static equilibrium; or ``previous.final``, whose time the run continues.
@@ -82,8 +94,12 @@ def simulate(
         Controllers work at discrete times.
     tolerance : float
         Relative, and of displacements of 10 um, for each step of the integrator.
-    chunk : int
-        Number of outputs between two integrator starts.
+    integrator : {"collocation", "idas"}
+        How the motion is found, but for linear magnets at constant speed, where it is known in closed form: by collocation, in which
+        all that is linear is exact, or by IDAS of SUNDIALS, for comparison.
+    chunk : int, optional
+        Number of outputs between two integrator starts; if left out 1/50 of all, at least 50 and at most 1000,
+        or 5000 in closed form.
     path : path, optional
         Folder for finished chunks.
     resume : bool
@@ -102,7 +118,7 @@ def simulate(
     SpecError
         If duration, step, speed profile, tolerance or contact are not possible.
     ModelError
-        If the state belongs to another machine, or the folder to another run.
+        If the state belongs to another machine, the folder to another run, or there is no such start or integrator.
     SolveError
         If there is no equilibrium to start from, or the integrator gives up: its attribute `result` then holds the
         finished chunks.
@@ -111,9 +127,8 @@ def simulate(
     ----------
     Schweitzer & Maslen, Magnetic Bearings (2009); Genta, Dynamics of Rotating Systems (2005).
     """
-    _check_numbers(
-        machine, duration=duration, tolerance=tolerance, chunk=chunk, **({} if step is None else {"step": step})
-    )
+    given = {"duration": duration, "tolerance": tolerance, "step": step, "chunk": chunk}
+    _check_numbers(machine, **{name: value for name, value in given.items() if value is not None})
     origin = start.time if isinstance(start, State) else 0.0
     spin = Spin.of(speed, origin, origin + duration)
     backup = _backup(machine, contact, linear)
@@ -121,13 +136,26 @@ def simulate(
     turned, first, _ = spin.at(origin)
     state = start if isinstance(start, State) else _state(equations, start, first)
     schedule = Schedule(spin, state.angle - turned, tuple(disturbances))
-    stepper: Stepper = Cvodes(equations, schedule, tolerance)
-    if linear and spin.constant:
-        stepper = ClosedForm(equations, schedule, spin.speeds[0])
+    split = Split(equations)
+    stepper = _stepper(split, schedule, tolerance, integrator, linear)
     sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
     _check_state(equations, state, sampler)
-    times = origin + _outputs(duration, step, spin.fastest)
-    options = (duration, spin, modes, len(times), gravity, linear, backup, disturbances, sampling, tolerance, chunk)
+    times = origin + _outputs(duration, step, spin.fastest, sampling)
+    chunk = chunk or (5000 if isinstance(stepper, ClosedForm) else min(max(len(times) // 50, 50), 1000))
+    options = (
+        duration,
+        spin,
+        modes,
+        len(times),
+        gravity,
+        linear,
+        backup,
+        disturbances,
+        sampling,
+        tolerance,
+        integrator,
+        chunk,
+    )
     begin = {k: v.tolist() for k, v in state.arrays().items()}
     chunks = Chunks(None if path is None else Path(path), repr((machine, options, begin)))
     try:
@@ -136,9 +164,9 @@ def simulate(
         )
     except SolveError as error:
         if hasattr(error, "history"):
-            error.result = evaluated(equations, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
+            error.result = evaluated(split, schedule, error.history, error.state, str(error))  # type: ignore[attr-defined]
         raise
-    return evaluated(equations, schedule, history, final, stopped)
+    return evaluated(split, schedule, history, final, stopped)
 
 
 def _check_numbers(machine: Machine, **positive: float) -> None:
@@ -176,7 +204,9 @@ def _equations(
     sampling: Sampling | None,
     gravity: bool,
 ) -> Equations:
-    plant = plant_of(machine if sampling is None else _without_delay(machine), modes, disturbances)
+    if sampling is not None:  # the delay in the chains stands for it
+        machine = with_chains(machine, delay=0.0)
+    plant = plant_of(machine, modes, disturbances)
     if any(len(block.axes) > 1 for block in plant.blocks):
         raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
     laws = {block.axes[0]: block.law for block in plant.blocks}
@@ -192,19 +222,12 @@ def _equations(
     )
 
 
-def _without_delay(machine: Machine) -> Machine:
-    """The delay in the chains stands for sampling; here that is done in earnest."""
-
-    def prompt(law: Controller | None) -> Controller | None:
-        return dataclasses.replace(law, delay=0.0) if isinstance(law, Chain) else law
-
-    magnets = tuple(
-        dataclasses.replace(m, controller=prompt(m.controller), controller_z=prompt(m.controller_z))
-        for m in machine.magnets
-    )
-    return dataclasses.replace(
-        machine, magnets=magnets, controller=prompt(machine.controller), controller_z=prompt(machine.controller_z)
-    )
+def _stepper(split: Split, schedule: Schedule, tolerance: float, integrator: str, linear: bool) -> Stepper:
+    if integrator not in INTEGRATORS:
+        raise ModelError(f"there is no integrator {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
+    if linear and schedule.spin.constant and not split.equations.sampled:
+        return ClosedForm(split, schedule, schedule.spin.speeds[0])
+    return INTEGRATORS[integrator](split, schedule, tolerance)
 
 
 def _state(e: Equations, name: str, speed: float) -> State:
@@ -233,7 +256,14 @@ def _check_state(e: Equations, state: State, sampler: Sampler | None) -> None:
         raise ModelError("the saved state belongs to other controllers; restart with those that it was saved from")
 
 
-def _outputs(duration: float, step: float | None, fastest: float) -> Array:
-    wanted = min(duration / 200.0, 2.0 * math.pi / (40.0 * fastest) if fastest else math.inf) if step is None else step
-    count = max(1, math.ceil(duration / wanted * (1.0 - 1e-9)))
+def _outputs(duration: float, step: float | None, fastest: float, sampling: Sampling | None) -> Array:
+    """Times of the outputs, from zero."""
+    if step is None:
+        turn = 2.0 * math.pi / fastest if fastest else math.inf
+        step = min(duration / 200.0, COARSEST, turn / 40.0)
+        period = None if sampling is None else float(sampling.period)
+        if period is not None and period < duration:  # few lengths of step: each needs its matrices
+            step = period * round(step / period) if step > period else period / math.ceil(period / step)
+            return np.append(np.arange(0.0, duration - 1e-9 * step, step), duration)
+    count = max(1, math.ceil(duration / step * (1.0 - 1e-9)))
     return np.linspace(0.0, duration, count + 1)

@@ -28,6 +28,7 @@ def sensitivity(
     complex_form: bool,
     above: float = 0.0,
     up_to: float = 0.0,
+    count: int = PEAKS,
 ) -> Samples:
     """Peaks of the sensitivity functions.
 
@@ -46,9 +47,11 @@ def sensitivity(
         Lower peaks are left out, except for the highest.
     up_to : float
         Highest frequency [rad/s], where that is above the standard's.
+    count : int
+        Largest number of peaks of a loop at a speed.
     """
     found = [
-        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above, max(CHECKED_TO, up_to))
+        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above, max(CHECKED_TO, up_to), count)
         for k in range(len(fractions))
         for j in range(loops)
     ]
@@ -102,7 +105,7 @@ class _View:
         return slopes, self.fraction * np.einsum("ki,ij,kj->k", y, self.state.a1, x)
 
 
-def _peaks(view: _View, loop: int, above: float, least: float) -> Samples:
+def _peaks(view: _View, loop: int, above: float, least: float, count: int) -> Samples:
     top = max(least, 3.0 * view.speed)
     near = np.abs(view.values.imag)
     width = np.abs(view.values.real)
@@ -112,7 +115,7 @@ def _peaks(view: _View, loop: int, above: float, least: float) -> Samples:
     )
     size = np.abs(view.at(grid, loop))
     found = peaks(size)
-    found = found[np.argsort(-size[found])][:PEAKS]
+    found = found[np.argsort(-size[found])][:count]
     found = found[(size[found] >= above) | (np.arange(len(found)) == 0)]
     lower, upper = grid[np.maximum(found - 1, 0)], grid[np.minimum(found + 1, len(grid) - 1)]
     w = zoomed(lambda x: np.abs(view.at(x.ravel(), loop)).reshape(x.shape), lower, upper, ZOOMS)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
 from ...analysis.system import Array
 from ...model import magnet as magnetics
+from ...model.loop import Structure
+from ...spec.machine import Machine
 from ...spec.magnet import Magnet
-from ..loop_family import LoopFamily
 from ..state import State
 from .samples import Samples, joined, peaks, rpm_text, zoomed
 
@@ -29,16 +30,35 @@ QUANTITIES = (
 )
 
 
+class Driven(Protocol):
+    """What the measures need to know of a machine in terms of parameters; a `LoopFamily` is one."""
+
+    @property
+    def p(self) -> ca.SX: ...
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def plant(self) -> Structure: ...
+    @property
+    def axes(self) -> tuple[int, ...]: ...
+    @property
+    def pushed(self) -> tuple[int, ...]: ...
+    @property
+    def unbalance(self) -> Array: ...
+    @property
+    def patterns(self) -> tuple[str, ...]: ...
+
+
 class Magnets:
     """Quantities of each magnet as functions of its amplitudes of current and displacement.
 
     Parameters
     ----------
-    loops : LoopFamily
+    loops : Driven
     quantities : sequence of str
     """
 
-    def __init__(self, loops: LoopFamily, quantities: Sequence[str]):
+    def __init__(self, loops: Driven, quantities: Sequence[str]):
         self.quantities = tuple(quantities)
         current, motion, speed = (ca.SX.sym(name) for name in ("current", "motion", "speed"))
         self._functions: list[ca.Function] = []
@@ -92,12 +112,12 @@ class UnbalanceMeasures:
 
     Parameters
     ----------
-    loops : LoopFamily
+    loops : Driven
     bounds : dict of str to float
         Quantity and the value below which it need not be followed.
     """
 
-    def __init__(self, loops: LoopFamily, bounds: dict[str, float]):
+    def __init__(self, loops: Driven, bounds: dict[str, float]):
         self.loops, self.bounds = loops, bounds
         self.magnets = Magnets(loops, tuple(bounds))
 
@@ -123,7 +143,7 @@ class UnbalanceMeasures:
                 values, _, _ = self._quantities(state, i, grid, outputs.at(grid))
                 for k, name in enumerate(self.bounds):
                     chosen = self._refined(state, i, k, grid, values[k], outputs, self.bounds[name], zooms)
-                    out[name].append(self._sample(state, i, k, j, chosen, force, end))
+                    out[name].append(self.sample(state, i, k, j, chosen, force, end))
         n = state.member.family.parameters
         return {name: joined(found, n) for name, found in out.items()}
 
@@ -193,7 +213,21 @@ class UnbalanceMeasures:
 
         return np.append(zoomed(value, grid[np.maximum(found - 1, 0)], grid[found + 1], zooms), grid[-1])
 
-    def _sample(self, state: State, magnet: int, k: int, j: int, speeds: Array, force: Array, end: float) -> Samples:
+    def sample(self, state: State, magnet: int, k: int, j: int, speeds: Array, force: Array, end: float) -> Samples:
+        """Values at given speeds.
+
+        Parameters
+        ----------
+        state : State
+        magnet, k, j : int
+            Magnet, quantity and unbalance pattern.
+        speeds : ndarray, shape (m,)
+            [rad/s]
+        force : ndarray, shape (states, patterns)
+            Of the patterns, in the coordinates of the state.
+        end : float
+            End of the range: of these speeds, the one that moves with it.
+        """
         f, member = force[:, j], state.member
         matrices = 1j * speeds[:, None, None] * np.eye(state.size) - state.a0 - speeds[:, None, None] * state.a1
         states = np.linalg.solve(matrices, (speeds**2)[:, None, None] * f[:, None])[:, :, 0]
@@ -205,11 +239,7 @@ class UnbalanceMeasures:
         slopes = state.forms(y, x, 1j * speeds, speeds) + member.form("C", weights, x)
         to_end = np.einsum("ki,ij,kj->k", adjoint, state.a1, states) - 1j * np.einsum("ki,ki->k", adjoint, states)
         to_end = (to_end + 2.0 * speeds * (adjoint @ f)).real + inner[k, :, 2]
-        where = tuple(f"magnets[{magnet}], {self._pattern(j)}, {rpm_text(s)}" for s in speeds)
+        where = tuple(f"magnets[{magnet}], {self.loops.patterns[j]}, {rpm_text(s)}" for s in speeds)
         groups = tuple(f"{magnet} {j} {'end' if s == end else 'peak'}" for s in speeds)
         rates = np.where(speeds == end, to_end, 0.0)
         return Samples(values[k], slopes.real + outer[k], rates, where, speeds, groups, speeds + 0j)
-
-    def _pattern(self, j: int) -> str:
-        patterns = self.loops.problem.patterns
-        return patterns[j].name if patterns else "own unbalance"

@@ -1,0 +1,1 @@
+"""Designs side by side: one set of conditions, one table, the better entry of each line marked."""

@@ -1,0 +1,70 @@
+"""python-control sees the same machine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import amb_design as ad
+from amb_design.errors import ModelError
+from amb_design.interop.control import to_ss, to_tf
+from checks import within, within_absolute
+
+control = pytest.importorskip("control", reason="python-control is not installed")
+SPEED = 500.0
+
+
+@pytest.fixture(scope="module")
+def machine() -> ad.Machine:
+    return ad.replace(ad.load("thesis-tuned"), {"rotor.shaft.elements": 6})
+
+
+def test_poles_are_the_eigenvalues(machine: ad.Machine) -> None:
+    found = to_ss(machine, SPEED)
+    expected = np.linalg.eigvals(ad.system(machine, complex_form=False).matrix(SPEED))
+    near = np.abs(found.poles()[:, None] - expected).min(axis=1) / np.abs(expected).max()
+    within_absolute(near, np.zeros(len(near)), 1e-10, "poles")
+    assert found.input_labels[:2] == ["current magnets[0] y", "current magnets[0] z"]
+    assert found.output_labels[3] == "displacement magnets[1] z"
+    assert found.state_labels[0] == "mode 0 place"
+    assert len(set(found.state_labels)) == found.nstates
+
+
+def test_feedback_of_plant_and_controller_is_the_closed_loop(machine: ad.Machine) -> None:
+    plant, law = to_ss(machine, SPEED, "plant"), to_ss(machine, SPEED, "controller")
+    names = [n.removeprefix("displacement ") for n in plant.output_labels]
+    assert law.input_labels == plant.output_labels
+    assert law.output_labels == plant.input_labels
+    closed = control.feedback(plant, law, sign=1)
+    frequencies = np.array([10.0, 300.0, 2000.0])
+    whole = to_ss(machine, SPEED)
+    a, b = (s.frequency_response(frequencies).complex for s in (closed, whole))
+    assert a.shape == (len(names), len(names), 3)
+    within_absolute(a / np.abs(b).max(), b / np.abs(b).max(), 1e-9, "closed loop")
+
+
+def test_sensitivity_from_python_control(machine: ad.Machine) -> None:
+    plant, law = to_ss(machine, SPEED, "plant"), to_ss(machine, SPEED, "controller")
+    ours = ad.sensitivity(machine, SPEED, [200.0, 900.0])
+    for k, w in enumerate((200.0, 900.0)):
+        loop = np.eye(4) - plant(1j * w) @ law(1j * w)
+        theirs = np.linalg.inv(loop)[0, 0]
+        assert abs(theirs) == pytest.approx(abs(ours.sensitivity[k, 0]), rel=1e-7)
+
+
+def test_transfer_function(machine: ad.Machine) -> None:
+    single = to_tf(machine, "displacement magnets[0] y", "current magnets[0] y", SPEED, "plant", modes=3)
+    whole = to_ss(machine, SPEED, "plant", modes=3)
+    w = np.array([5.0, 80.0, 700.0])
+    found, expected = single(1j * w), np.array([whole(1j * x)[0, 0] for x in w])
+    within(np.abs(found), np.abs(expected), 1e-5, "transfer function")
+    assert single.input_labels == ["current magnets[0] y"]
+
+
+def test_mistakes_are_named(machine: ad.Machine) -> None:
+    with pytest.raises(ModelError, match="choose one of closed_loop, plant, controller"):
+        to_ss(machine, part="loop")
+    with pytest.raises(ModelError, match="there is no signal 'x'; choose one of displacement magnets"):
+        to_tf(machine, "x", "current magnets[0] y")
+    with pytest.raises(ModelError, match="has no magnet"):
+        to_ss(ad.load("jeffcott"))
