@@ -12,7 +12,7 @@ from ..analysis.standards import FAILS, PASSES, TOLERABLE
 from ..words.parts import BETTER, Table
 from .parts import Page, Picture
 
-NARROW, GAP = 46, 1
+NARROW, GAP = 40, 1
 """Characters that a phone shows side by side in a table, and what a column's margin takes of them."""
 
 
