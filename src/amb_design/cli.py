@@ -305,13 +305,15 @@ def compare(
     ] = False,
     speed: Annotated[str | None, typer.Option(help="end of the operating range: '9000 rpm'")] = None,
     samples: Annotated[int | None, typer.Option(min=0, help="random machines within the tolerances")] = None,
-    out: Annotated[Path | None, typer.Option(help="folder for figures and comparison.json")] = None,
+    out: Annotated[Path | None, typer.Option(help="folder for report.html, figures and comparison.json")] = None,
     svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
     as_json: Json = False,
 ) -> None:
     """Set designs side by side under the same conditions, and mark the better entry of each line."""
     from . import console_compare
     from .comparison.compare import compare as run
+    from .spec.comparison_files import COMPARISON_FILE
+    from .spec.files import locate
     from .units import parse_quantity
 
     if out is not None and out.exists() and not out.is_dir():
@@ -328,12 +330,14 @@ def compare(
         document = table.document()
         with _staging(out) as folder:
             if folder is not None:
-                from .comparison_figures import save_comparison_figures
+                from .report.comparison import comparison_page
 
                 tell("drawing")
                 text = json.dumps(document, indent=2, allow_nan=False)
                 (folder / "comparison.json").write_text(text + "\n", encoding="utf-8")
-                save_comparison_figures(table, folder, ("png", "svg") if svg else ("png",))
+                formats = ("png", "svg") if svg else ("png",)
+                inputs = _inputs(locate(targets[0], (COMPARISON_FILE,)) if len(targets) == 1 else None)
+                _report(folder, comparison_page(table, folder=folder, formats=formats, date=_today(), inputs=inputs))
     _print(as_json, document, lambda: console_compare.comparison(document, out))
 
 
@@ -572,14 +576,12 @@ def _report(folder: Path, page: Any) -> None:
     (folder / "report.html").write_text(html(page), encoding="utf-8")
 
 
-def _inputs(file: Path) -> dict[str, str]:
+def _inputs(file: Path | None = None) -> dict[str, str]:
     """The file that was read, with its fingerprint, and the command line."""
     from .report.provenance import fingerprint
 
-    return {
-        "Input": f"{file}, SHA-256 {fingerprint(file.read_bytes())}",
-        "Command": " ".join(["amb-design", *sys.argv[1:]]),
-    }
+    read = {} if file is None else {"Input": f"{file}, SHA-256 {fingerprint(file.read_bytes())}"}
+    return {**read, "Command": " ".join(["amb-design", *sys.argv[1:]])}
 
 
 def _today() -> str:

@@ -15,7 +15,7 @@ from rich.table import Table as Grid
 
 from .analysis.published import Comparison
 from .words import analysis, machine
-from .words.parts import Table
+from .words.parts import BETTER, Table
 
 Document = Mapping[str, Any]
 
@@ -114,7 +114,7 @@ def show(console: Console, t: Table) -> None:
     for heading, align in zip(t.columns, t.align, strict=True):
         drawn.add_column(escape(heading), justify="right" if align == "r" else "left")
     for row in t.rows:
-        drawn.add_row(*map(escape, row))
+        drawn.add_row(*(f"[bold green]{escape(x)}[/]" if x.endswith(BETTER) else escape(x) for x in row))
     console.print(drawn)
     if t.note:
         console.print(escape(t.note), style="dim")
@@ -160,7 +160,7 @@ def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison
     for remark in remarks:
         console.print(escape(remark), soft_wrap=not console.is_terminal)
     if out is not None:
-        console.print(f"{out}/report.html shows all of it; figures and analysis.json are beside it.")
+        console.print(f"{out}/report.html shows all of it; figures and analysis.json are beside it.", soft_wrap=True)
 
 
 def _details(console: Console, d: Document) -> None:

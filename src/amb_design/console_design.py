@@ -77,4 +77,6 @@ def design(d: Document, out: Path | None) -> None:
     for t in words.tables(d):
         show(console, t)
     if out is not None:
-        console.print(f"{out}/report.html shows all of it; design.toml, design.json and figures are beside it.")
+        console.print(
+            f"{out}/report.html shows all of it; design.toml, design.json and figures are beside it.", soft_wrap=True
+        )

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,9 @@ import amb_design as ad
 from amb_design import cli
 from amb_design.analysis.outline import outline
 from amb_design.spec.templates import KINDS, start, template
+from report.pages import read
+
+README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.fixture
@@ -81,6 +86,23 @@ def test_init_refuses_other_kinds(run, tmp_path):
 def test_start_makes_the_folders_it_needs(tmp_path):
     file = start(tmp_path / "a" / "b", "composite")
     assert ad.load(tmp_path / "a" / "b") == ad.loads(file.read_text(encoding="utf-8"))
+
+
+def test_fifteen_lines_and_one_command_give_a_campbell_diagram(run, tmp_path, monkeypatch):
+    """The lines of the README, as somebody would type them who has never seen this package."""
+    (lines,) = re.findall(r"```toml\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(lines.strip().splitlines()) <= 15
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "machine.toml").write_text(lines, encoding="utf-8")
+    status, output, _ = run("analyse", ".", "--out", "results")
+    assert status == 0
+    assert "results/report.html shows all of it" in output
+    assert (tmp_path / "results" / "campbell.png").stat().st_size > 20_000
+    page = (tmp_path / "results" / "report.html").read_text(encoding="utf-8")
+    limit = ad.stability_limit(ad.loads(lines))
+    assert f"Stability limit: {limit.speed_rpm:.0f} rpm" in page
+    labels = [given["aria-label"] for tag, given in read(page).tags if tag == "svg"]
+    assert any(label.startswith("Campbell diagram of") for label in labels)
 
 
 def test_shell_completion_knows_commands_and_problems():

@@ -10,6 +10,7 @@ import pytest
 import amb_design as ad
 from amb_design import cli
 from cli.test_cli import FAST
+from report.pages import read
 
 PROBLEM = """
 format = "amb_design/1"
@@ -78,6 +79,18 @@ def test_design_table_files_and_resume(run, folder, tmp_path):
     document = json.loads((out / "design.json").read_text())
     assert document["verified"]
     assert document["after"]["stability_limit"]["certified"]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    told = " ".join(read(page).text)
+    assert 'class="verdict good"' in page or 'class="verdict bad"' in page
+    for words in (
+        "Which bearings let it spin fastest?",
+        "Verified optimum: stable and within all limits up to",
+        "The largest stability limit, by changing 2 numbers of the machine.",
+        "What easing a limit by 10 % brings",
+        "0, 2 starts",
+        f"Proven stable, on its own mesh, at every speed up to {document['after']['proof']['stable_up_to_rpm']:.2f} rpm.",
+    ):
+        assert words in told, words
     machine = ad.load(out / "design.toml")
     limit = ad.stability_limit(machine)
     assert limit.speed_rpm >= document["speed_rpm"] * (1.0 - 1e-6)
@@ -110,6 +123,9 @@ def test_infeasible_problem_names_what_conflicts(run, folder, tmp_path):
     last = error.strip().splitlines()[-1]
     assert last.startswith("amb-design: fast-design: infeasible: limits that cannot be held together: damping ratio by")
     assert not (out / "design.toml").exists()
+    told = " ".join(read((out / "report.html").read_text(encoding="utf-8")).text)
+    assert "No design keeps all limits." in told
+    assert "damping ratio: beyond its limit by" in told
 
 
 @pytest.mark.parametrize(

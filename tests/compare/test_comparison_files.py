@@ -12,6 +12,7 @@ import amb_design as ad
 from amb_design import cli
 from amb_design.spec.comparison_files import design_time
 from compare.loops import levitated
+from report.pages import read
 
 GOOD = """
 format = "amb_design/1"
@@ -187,11 +188,19 @@ def test_table_json_and_files(folder: Path, run) -> None:
         "First modes: least damping ratio",
         "CPU time of the design",
         "120 s",
-        f"All data are in {out}/comparison.json",
+        f"{out}/report.html shows all of it",
     ):
         assert words in text, words
     figures = {"campbell", "real_part", "sensitivity", "unbalance", "force_step", "base_shock", "corners"}
-    assert {p.name for p in out.iterdir()} == {"comparison.json", *(f"{f}.png" for f in figures)}
+    assert {p.name for p in out.iterdir()} == {
+        "report.html",
+        "comparison.json",
+        *(f"{f}.png" for f in figures),
+    }
+    page = (out / "report.html").read_text(encoding="utf-8")
+    told = " ".join(read(page).text)
+    for words in ("Which is better?", "Operating range up to 2000 rpm", "soft as a file", "SHA-256"):
+        assert words in told
     assert all((out / f"{f}.png").stat().st_size > 10_000 for f in figures)
     stored = json.loads((out / "comparison.json").read_text())
     status, text, _ = run(str(folder), "--json")

@@ -68,23 +68,6 @@ class Analysis:
     criteria: tuple[Criterion, ...]
     findings: tuple[Finding, ...]
 
-    def _ranked(self) -> list[dict[str, Any]]:
-        """What moves the stability limit, the strongest first: its change for one per cent of each number."""
-        rows = []
-        for path, slope in self.gradient.items():
-            nominal = float(value(self.machine, path))
-            if slope and nominal:
-                rows.append(
-                    {
-                        "number": path,
-                        "value": nominal,
-                        "unit": metadata(self.machine, path)["unit"],
-                        "rpm_per_unit": slope * RPM,
-                        "rpm_per_percent": slope * RPM * nominal / 100.0,
-                    }
-                )
-        return sorted(rows, key=lambda r: -abs(r["rpm_per_percent"]))
-
     def document(self) -> dict[str, Any]:
         """The result as nested dicts, lists, strings and finite numbers."""
         limit = self.limit
@@ -127,7 +110,7 @@ class Analysis:
                 for p in s.peaks
             ],
             "criteria": [criterion_document(c) for c in self.criteria],
-            "limit_sensitivities": self._ranked(),
+            "limit_sensitivities": ranked(self.machine, self.gradient),
             "warnings": [f.text for f in self.findings],
             "warning_topics": [f.topic for f in self.findings],
         }
@@ -182,6 +165,31 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
         criteria=criteria(loop, limit, sensitivities),
         findings=findings(loop, limit, critical, modes),
     )
+
+
+def ranked(machine: Machine, gradient: Mapping[str, float]) -> list[dict[str, Any]]:
+    """What moves the stability limit, the strongest first: its change for one per cent of each number.
+
+    Parameters
+    ----------
+    machine : Machine
+    gradient : mapping of str to float
+        Derivatives of the stability limit by path [rad/s per SI unit].
+    """
+    rows = []
+    for path, slope in gradient.items():
+        nominal = float(value(machine, path))
+        if slope and nominal:
+            rows.append(
+                {
+                    "number": path,
+                    "value": nominal,
+                    "unit": metadata(machine, path)["unit"],
+                    "rpm_per_unit": slope * RPM,
+                    "rpm_per_percent": slope * RPM * nominal / 100.0,
+                }
+            )
+    return sorted(rows, key=lambda r: -abs(r["rpm_per_percent"]))
 
 
 def criterion_document(criterion: Criterion) -> dict[str, Any]:

@@ -9,10 +9,10 @@ import jinja2
 from markupsafe import Markup, escape
 
 from ..analysis.standards import FAILS, PASSES, TOLERABLE
-from ..words.parts import Table
+from ..words.parts import BETTER, Table
 from .parts import Page, Picture
 
-NARROW, GAP = 46, 1
+NARROW, GAP = 40, 1
 """Characters that a phone shows side by side in a table, and what a column's margin takes of them."""
 
 
@@ -32,7 +32,7 @@ def html(page: Page) -> str:
     css = (folder / "page.css").read_text(encoding="utf-8")
     verdicts = (PASSES, TOLERABLE, FAILS)
     helpers = {"drawing": drawing, "is_wide": is_wide, "together": together}
-    return _template().render(page=page, css=Markup(css), verdicts=verdicts, **helpers)
+    return _template().render(page=page, css=Markup(css), verdicts=verdicts, better=BETTER, **helpers)
 
 
 def drawing(picture: Picture) -> Markup:

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from ..analysis.summary import Analysis, analyse
+from ..comparison.table import ComparisonTable
 from ..errors import SpecError
 from ..optimise.design import Design
 from ..spec.machine import Machine
 from .analysis import account, analysis_page
+from .comparison import comparison_page
 from .design import design_page
 from .parts import Page
 from .render import html
@@ -22,7 +24,7 @@ def save_report(result: Any, path: str | os.PathLike[str], *, date: str = "") ->
 
     Parameters
     ----------
-    result : Machine, Analysis, Design, or mapping of str to Machine or Analysis
+    result : Machine, Analysis, Design, ComparisonTable, or mapping of str to Machine or Analysis
         A machine is analysed first. A mapping puts variants on one page, by their names.
     path : str or path
         File to write; an existing one is replaced.
@@ -47,7 +49,7 @@ def page_of(result: Any, *, date: str = "") -> Page:
 
     Parameters
     ----------
-    result : Machine, Analysis, Design, or mapping of str to Machine or Analysis
+    result : Machine, Analysis, Design, ComparisonTable, or mapping of str to Machine or Analysis
     date : str
         Of the calculation.
 
@@ -63,6 +65,8 @@ def page_of(result: Any, *, date: str = "") -> Page:
     """
     if isinstance(result, Design):
         return design_page(result, date=date)
+    if isinstance(result, ComparisonTable):
+        return comparison_page(result, date=date)
     variants = dict(result) if isinstance(result, Mapping) else {"": result}
     if not variants:
         raise SpecError("is empty", field="result", remedy="give at least one machine")
@@ -84,5 +88,7 @@ def _analysed(one: Any) -> Analysis:
     if isinstance(one, Analysis):
         return one
     raise SpecError(
-        f"is a {type(one).__name__}", field="result", remedy="give a machine, an analysis, a design, or a dict of these"
+        f"is a {type(one).__name__}",
+        field="result",
+        remedy="give a machine, an analysis, a design, a comparison, or a dict of machines",
     )

@@ -6,6 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+BETTER = " *"
+"""Behind the better entries of a comparison."""
+
 
 @dataclass(frozen=True)
 class Table:
