@@ -167,6 +167,10 @@ def optimise(
     resume: Annotated[
         bool, typer.Option("--resume", help="take finished starts from the folder given by --out")
     ] = False,
+    begin: Annotated[
+        str | None,
+        typer.Option("--from", help="a machine, such as an earlier design.toml, that the first start begins at"),
+    ] = None,
     relax: Annotated[bool, typer.Option("--relax", help="solve again with each active limit eased by 10 %")] = False,
     pareto: Annotated[
         list[str] | None, typer.Option(help="compromises with a quantity: 'bias_current=2:4.8:6', SI units")
@@ -180,10 +184,12 @@ def optimise(
     from .optimise.answers import relaxations
     from .optimise.report import document
     from .optimise.solve import solve
-    from .spec.files import PROBLEM_FILE, locate, save
+    from .spec.files import PROBLEM_FILE, load, locate, save
     from .spec.problem_files import load_problem
 
     problem = load_problem(target, variant)
+    if begin is not None:
+        problem = problem.starting_at(load(begin))
     fronts = dict(_front(text) for text in pareto or ())
     for quantity, bounds in fronts.items():
         problem.with_limit(quantity, bounds[0])  # says at once what is wrong with it

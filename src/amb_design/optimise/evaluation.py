@@ -252,6 +252,12 @@ class Evaluator:
             return self.end(level)
         return -level * self.scale if self.problem.objective.kind.upper else level * self.scale
 
+    def level(self, objective: float) -> float:
+        """The level of an objective in SI units."""
+        if self.problem.seeks_speed:
+            return objective / self.problem.top_speed
+        return -objective / self.scale if self.problem.objective.kind.upper else objective / self.scale
+
     def worst(self, x: Array, level: float, modes: int, fractions: Array) -> float:
         """Largest violation of stability alone: a quick look at a point."""
         p, end = self.scaling.values(x), self.end(level)

@@ -122,12 +122,27 @@ class Starter:
         ----------
         seed : int
         index : int
-            Start 0 begins at the machine as it is, others at the best of a few random points.
+            Start 0 begins at the machine as it is and ends no worse than that is; others begin at the best of a few
+            random points.
         """
         clock = time.process_time()
         self.evaluator.afresh()
         self._history = []
         x = self._first(seed, index)
+        outcome = self._from(index, x, clock)
+        return outcome if index > 0 else self._no_worse(outcome, x, clock)
+
+    def _no_worse(self, outcome: Outcome, x: Array, clock: float) -> Outcome:
+        """Long ways lead elsewhere at times: if the first point was better than the last, begin there at short steps."""
+        level = self.evaluator.level(outcome.objective)
+        if outcome.status == INFEASIBLE or self.evaluator.rows(x, level).worst > ALMOST:
+            return outcome
+        again = self.polished(outcome.index, x, level, clock)
+        better = again.status != INFEASIBLE and self.evaluator.level(again.objective) > level
+        return again if better else outcome
+
+    def _from(self, index: int, x: Array, clock: float) -> Outcome:
+        """Feasible first, then fast on few modes, then on all."""
         settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
         level = self.evaluator.start_level(x, self.modes)
         low = level if self.problem.seeks_speed else -1e3

@@ -121,8 +121,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
             _tighten(starter, e, audits[0].end, e.quantity in failed, finer=len(audits) > 1)
         failed |= {e.quantity for e in found}
         x = ev.scaling.point(np.array(list(outcome.values.values())))
-        level = _level(starter, outcome.objective)
-        again = starter.polished(outcome.index, x, level, radius=0.01)
+        again = starter.polished(outcome.index, x, ev.level(outcome.objective), radius=0.01)
         if again.status == INFEASIBLE:
             break
         outcome = dataclasses.replace(
@@ -190,10 +189,3 @@ def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) 
         again or e.excess < 0.05
     ):  # larger ones come from speeds that were not looked at, and are mended by looking there
         ev.margins[e.quantity] = ev.margins.get(e.quantity, 0.0) + 1.5 * e.excess + 1e-6
-
-
-def _level(starter: Starter, objective: float) -> float:
-    problem, ev = starter.problem, starter.evaluator
-    if problem.seeks_speed:
-        return objective / problem.top_speed
-    return -objective / ev.scale if problem.objective.kind.upper else objective / ev.scale

@@ -292,6 +292,35 @@ class DesignProblem:
         own = {v.name: float(value(self.machine, find(self.machine, v.name)[0])) for v in self.variables}
         return {v.name: min(max(own[v.name], v.lower), v.upper) for v in self.variables}
 
+    def starting_at(self, machine: Machine) -> DesignProblem:
+        """The same problem, begun where another machine is: an earlier design, or the answer of a smaller problem.
+
+        Parameters
+        ----------
+        machine : Machine
+            Gives the values of the variables. Those that it does not have keep their own.
+
+        Raises
+        ------
+        SpecError
+            If it has none of the variables.
+        """
+        own, found = self.start(), {}
+        for v in self.variables:
+            try:
+                number = value(machine, find(machine, v.name)[0])
+            except SpecError:
+                continue
+            found[v.name] = min(max(float(number), v.lower), v.upper)
+        if not found:
+            raise SpecError(
+                "has none of the problem's variables",
+                field="machine",
+                got=machine.name,
+                remedy=f"give a machine with numbers such as {self.variables[0].name}",
+            )
+        return replace_fields(self, machine=self.with_values({**own, **found}))
+
     def _check_machine(self) -> None:
         if not isinstance(self.machine, Machine):
             raise SpecError("must be a machine", field="machine", got=self.machine, remedy="load one or make one")
