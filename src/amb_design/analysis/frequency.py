@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-import scipy.linalg as sla
 from scipy.linalg import get_lapack_funcs
 
 from ..errors import SolveError
@@ -170,8 +169,12 @@ class Loops:
 
     def controller(self, frequency: float, speed: float) -> Array:
         """G of all controllers [A/m], axes by inputs."""
-        parts = [c.at(frequency, speed) for c in self._controllers]
-        return sla.block_diag(*parts) if parts else np.zeros((0, 0), complex)
+        out, row, column = np.zeros((len(self.axes), self.sense.shape[1]), complex), 0, 0
+        for c in self._controllers:
+            part = c.at(frequency, speed)
+            out[row : row + part.shape[0], column : column + part.shape[1]] = part
+            row, column = row + part.shape[0], column + part.shape[1]
+        return out
 
     def at(self, frequency: float, speed: float, forces: Array | None = None) -> Point:
         """Solve the closed loop at a frequency.

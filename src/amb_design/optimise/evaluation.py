@@ -35,6 +35,15 @@ LOW = 0.25
 """Fraction of a limit below which a value is taken as it is."""
 
 
+BETWEEN = 8
+"""Parts into which the steps between the fractions are divided when what lies between them is looked at."""
+
+ADDED = 3
+"""Fractions that are added at once, for each scenario and quantity."""
+
+SLIGHT = 1e-3
+"""Excess over a limit between the fractions that verification may mend."""
+
 LIGHT = 0.01
 """Damping ratio in which stability is measured, so that its conditions weigh as much as those of limits."""
 
@@ -178,6 +187,26 @@ class Case:
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
+    def shortfalls(self, state: State, speeds: Array) -> dict[str, Array]:
+        """How far eigenvalues are beyond their limits at each speed, relative to these: stability, damping, decay.
+
+        Parameters
+        ----------
+        state : State
+        speeds : ndarray, shape (s,)
+        """
+        values = state.eigenvalues(speeds)
+        whirling = np.abs(values.imag) > WHIRL_FREQUENCY
+        out = {"stability": instability(values).max(axis=1) / LIGHT}
+        limited = {q for q, m in self.measures.items() if isinstance(m, Limit)}
+        if "decay_rate" in limited:
+            out["decay_rate"] = 1.0 + np.where(whirling, values.real, -np.inf).max(axis=1) / self._bound("decay_rate")
+        if "damping_ratio" in limited:
+            seen = modes.in_window(values, self.measures["damping_ratio"].option("window"))
+            ratios = np.where(seen, values.real / np.maximum(np.abs(values), 1e-300), -np.inf)
+            out["damping_ratio"] = 1.0 + ratios.max(axis=1) / self._bound("damping_ratio")
+        return out
+
     def guard(
         self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete"
     ) -> dict[str, Samples]:
@@ -258,6 +287,36 @@ class Evaluator:
             return objective / self.problem.top_speed
         return -objective / self.scale if self.problem.objective.kind.upper else objective / self.scale
 
+    def overlooked(self, x: Array, level: float, modes: int | None = None) -> Array:
+        """Fractions of the range, between those that are looked at, where eigenvalues are worst beyond their limits.
+
+        Parameters
+        ----------
+        x : ndarray, shape (variables,)
+            In the unit cube.
+        level : float
+        modes : int, optional
+            Of the rotor at rest that represent it; the full model if left out.
+
+        Returns
+        -------
+        ndarray
+            At most `ADDED` for each scenario and quantity; empty if nothing is beyond.
+        """
+        p, end = self.scaling.values(x), self.end(level)
+        found: set[float] = set()
+        gaps = np.diff(self.fractions)
+        between = np.sort((self.fractions[:-1] + np.arange(1, BETWEEN)[:, None] / BETWEEN * gaps).ravel())
+        for case in self.cases:
+            state = case.state(p, modes)
+            for quantity, excess in case.shortfalls(state, between * end).items():
+                excess = excess + self.margins.get(quantity, 0.0)
+                padded = np.concatenate([[-np.inf], excess, [-np.inf]])
+                peaks = np.flatnonzero((excess > SLIGHT) & (excess >= padded[:-2]) & (excess >= padded[2:]))
+                found |= set(between[peaks[np.argsort(-excess[peaks])][:ADDED]].tolist())
+            self._count(state)
+        return np.array(sorted(found))
+
     def worst(self, x: Array, level: float, modes: int, fractions: Array) -> float:
         """Largest violation of stability alone: a quick look at a point."""
         p, end = self.scaling.values(x), self.end(level)
@@ -336,7 +395,7 @@ class Evaluator:
 
     def afresh(self) -> None:
         """Forget what earlier starts left behind, so that a start does not depend on them to the last bit."""
-        self.eigensolves = {}
+        self.eigensolves, self.fractions = {}, FRACTIONS
         for case in self.cases:
             case.afresh()
 

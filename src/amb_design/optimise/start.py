@@ -36,6 +36,9 @@ SHORTER = (0.995, 0.98, 0.95, 0.9, 0.8)
 BLIND = 0.1
 """Violation on a more faithful model beyond which the point is not taken as it is."""
 
+LOOKS = 4
+"""How often a search goes on with speeds that it had overlooked."""
+
 COMMON = 0.3
 """Level at which random points are compared."""
 
@@ -155,10 +158,10 @@ class Starter:
         coarse = Settings(
             steps=self.effort.coarse, tolerance=1e-6, progress=1e-4, highest=settings.highest, level_radius=self._reach
         )
-        trace = self._search(trace.x, level, coarse, self.modes)
+        trace = self._settled(trace.x, level, coarse, self.modes)
         if trace.rows.worst > BLIND and self.problem.seeks_speed:  # stuck: once more from below
             x, level, _ = self._entered(trace.x, 0.7 * trace.level, self.modes)
-            trace = self._search(x, level, coarse, self.modes)
+            trace = self._settled(x, level, coarse, self.modes)
         x, level, near = self._entered(trace.x, trace.level, None)
         return self.polished(index, x, level, clock, hessian=trace.hessian if near else None)
 
@@ -208,7 +211,7 @@ class Starter:
         clock = time.process_time() if clock is None else clock
         highest = 1.0 if self.problem.seeks_speed else np.inf
         fine = Settings(self.effort.fine, radius, progress=3e-5, highest=highest, level_radius=self._reach)
-        trace = self._search(x, level, fine, None, hessian=hessian)
+        trace = self._settled(x, level, fine, None, hessian)
         if trace.rows.worst > ALMOST:
             trace.retreat()
         if trace.rows.worst > ALMOST and self.problem.seeks_speed:
@@ -231,6 +234,21 @@ class Starter:
         points = np.random.default_rng([seed, index]).random((LOOKED_AT, self.evaluator.variables))
         seen = [self.evaluator.worst(x, COMMON, self.modes, QUICK) for x in points]
         return np.asarray(points[int(np.argmin(seen))])
+
+    def _settled(
+        self, x: Array, level: float, settings: Settings, modes: int | None, hessian: Array | None = None
+    ) -> Trace:
+        """Search until nothing is overlooked between the speeds that are looked at."""
+        trace = self._search(x, level, settings, modes, hessian=hessian)
+        for _ in range(LOOKS):
+            if trace.rows.worst > ALMOST:
+                break
+            overlooked = self.evaluator.overlooked(trace.x, trace.level, modes)
+            if not len(overlooked):
+                break
+            self.evaluator.fractions = np.union1d(self.evaluator.fractions, overlooked)
+            trace = self._search(trace.x, trace.level, settings, modes, hessian=trace.hessian)
+        return trace
 
     def _search(
         self,
