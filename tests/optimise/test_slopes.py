@@ -167,12 +167,12 @@ def compare(rig: Comparison, numbers: list[str], what: str) -> None:
 
 @pytest.fixture(scope="module")
 def isotropic() -> Comparison:
-    return Comparison(everything_problem())
+    return Comparison(everything_problem(elements=4))
 
 
 @pytest.fixture(scope="module")
 def anisotropic() -> Comparison:
-    return Comparison(everything_problem(anisotropic=True))
+    return Comparison(everything_problem(anisotropic=True, elements=4))
 
 
 def test_every_quantity_and_every_number_counts(isotropic: Comparison, anisotropic: Comparison) -> None:
@@ -205,5 +205,5 @@ def test_anisotropic(anisotropic: Comparison) -> None:
 
 
 def test_scenario() -> None:
-    rig = Comparison(everything_problem(), scenario=0)
+    rig = Comparison(everything_problem(elements=4), scenario=0)
     compare(rig, ["magnets[0].gap", "controller.kd", "plies[0].angle", "magnets[1].position"], "scenario")

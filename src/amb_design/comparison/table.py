@@ -212,7 +212,7 @@ def rows_of(
         Called with the name of each line before it is measured.
     """
     rows: list[Row] = []
-    reasons: dict[tuple[str, str], list[str]] = {}  # designs by line and reason
+    reasons: dict[tuple[str, str], dict[str, None]] = {}  # designs, each once, by what is told and why
     for line in LINES:
         values: dict[str, float | None] = {}
         remarks: dict[str, str] = {}
@@ -227,7 +227,7 @@ def rows_of(
             except (ModelError, SolveError) as error:
                 values[name], remarks[name] = None, NONE_THERE
                 reason = str(error).removeprefix(f"{a.machine.name} ")
-                reasons.setdefault((line.label, reason), []).append(name)
+                reasons.setdefault((line.label, reason), {})[name] = None
         buildable = {name: v for name, v in values.items() if not designs[name].is_reference}
         rows.append(Row(line, values, remarks, best(line, buildable)))
     merged: dict[tuple[str, ...], list[str]] = {}
