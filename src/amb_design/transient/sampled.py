@@ -99,7 +99,7 @@ def difference_equations(law: Law, sampling: Sampling, spin: Spin) -> Callable[[
         return lambda t: exact(spin.at(t)[1])
 
     def at(t: float) -> Matrices:
-        weights = chebyshev.chebvander((spin.at(t)[1] - middle) / half, degree)
+        (weights,) = chebyshev.chebvander((spin.at(t)[1] - middle) / half, degree)
         a, b, c, d = (part.reshape(s) for part, s in zip(np.split(weights @ flat, edges), shapes, strict=True))
         return a, b, c, d
 
