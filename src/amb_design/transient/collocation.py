@@ -105,7 +105,7 @@ class Collocation:
         free = np.eye(equations.size)[:, n : n + self._varying]  # any change of the rates
         self.B = np.hstack([split.B, free])
         self._reach = np.abs(self.B) / self.size[:, None]
-        leaning = [split.A1[n : 2 * n], split.A2[n : 2 * n]] if self._varying else []
+        leaning = [split.turning, split.A2[n : 2 * n]] if self._varying else []
         self._rows = np.vstack([split.C, *leaning]) * self.size
         self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), math.nan
         self._ladders: dict[float, tuple[Ladder, list[int]]] = {}

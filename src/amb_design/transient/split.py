@@ -35,6 +35,8 @@ class Split:
     equations : Equations
     A0, A1, A2 : ndarray, shape (size, size)
         The linear part about the centre: constant, by speed, by acceleration of the spin.
+    turning : ndarray, shape (n, size)
+        Part of A1 that is the rotor's, in the rows of its accelerations.
     B : ndarray, shape (size, inputs)
         Columns of the remainder, then those of the signals.
     C : ndarray, shape (quantities, size)
@@ -86,7 +88,7 @@ class Split:
         rows = np.flatnonzero(bent)
         seen = ca.vertcat(answers[rows.tolist()], flags)
         used = np.flatnonzero(depends(seen, state, 1, False))
-        columns, turns = self._turning(loops[1]) if varying else (np.zeros((e.size, 0)), np.zeros((0, e.size)))
+        columns, turns = self._following(loops[1]) if varying else (np.zeros((e.size, 0)), np.zeros((0, e.size)))
         q, turned, anchor = state[used.tolist()], ca.SX.sym("turned", len(turns)), ca.SX.sym("anchor")
         known_part = [ca.sparsify(ca.DM(matrix[np.ix_(rows, used)])) for matrix in linear]
         rest = answers[rows.tolist()] - ca.mtimes(known_part[0] + speed * known_part[1], q)
@@ -108,10 +110,12 @@ class Split:
         self.A0, self.A1, self.A2 = fixed, following.copy(), np.zeros_like(fixed)
         self.A0[:n, n : 2 * n] += np.eye(n)
         self.A0[n : 2 * n, : 2 * n] -= np.hstack([p.K0, p.C0])
-        self.A1[n : 2 * n, : 2 * n] -= np.hstack([p.K1, p.C1])
+        self.turning = np.zeros((n, len(fixed)))
+        self.turning[:, : 2 * n] = -np.hstack([p.K1, p.C1])
+        self.A1[n : 2 * n] += self.turning
         self.A2[n : 2 * n, :n] = p.C1
 
-    def _turning(self, following: Array) -> tuple[Array, Array]:
+    def _following(self, following: Array) -> tuple[Array, Array]:
         """What follows the speed in controllers as a product of few columns and rows."""
         size = scales(self.equations)
         left, values, right = np.linalg.svd(following * size / size[:, None])
