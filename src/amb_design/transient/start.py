@@ -69,7 +69,7 @@ def _levitated(e: Equations, speed: float) -> tuple[Array, Array]:
     change = ca.Function("change", list(symbols), [e.rhs(*symbols)[0]])(
         full, signals, speed, 0.0, np.zeros(held.shape[0])
     )
-    text = f"{e.machine.name} has no static equilibrium near the centre: its magnets do not carry the weight; start it centred"
+    text = f"{e.machine.name} has no static equilibrium near the centre: its magnets do not carry the weight; start it centred or without gravity"
     found = _root(change[n:], z, np.zeros(z.shape[0]), text)
     clearest = [m.gap or m.clearance for m in e.machine.magnets]
     places = (e.contact_places @ found[:n]).reshape(-1, 2)
