@@ -5,7 +5,8 @@ only, so the comparison is one of linear motion: orbits of both disks, against a
 are the largest deviation at any millisecond over the largest displacement.
 
 Beside it, without ROSS: the same second with the force law and limits of the magnets; the composite spindle, full and reduced,
-with a continuous and with a sampled controller; and its run-up of 10 s with so much unbalance that the currents saturate. Run::
+with a continuous and with a sampled controller; its run-up of 10 s with so much unbalance that the currents saturate; and run-ups of the
+thesis rotor through its first critical speed, saturated too, with PID, LQG and an LQG that follows the speed. Run::
 
     python benchmarks/time_response.py --ross-python PATH
 
@@ -21,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from common import cpu_seconds, write
+from common import RESULTS, cpu_seconds, write
 
 import amb_design as ad
 
@@ -30,6 +31,7 @@ OUTPUT = 1e-4
 DISKS = ((0.2, 2e-5, 0.0), (0.45, 1e-5, 1.0))
 MAGNETS = (0.05, 0.55)
 RUNS = ("newmark:1e-4", "newmark:2.5e-5", "newmark:1e-5", "modal:1e-4", "modal-24:1e-4")
+HANGING = {"start": "centred", "gravity": False}
 GOALS = {"newmark": 100.0, "modal": 5.0}
 
 
@@ -126,10 +128,22 @@ def nonlinear(repeat):
             {"modes": 12},
         ),
     }
+    up = ([0.0, 1.0], [ad.rpm(2000.0), ad.rpm(4500.0)])
+    for law, variant in (("PID", None), ("LQG", "lqg"), ("LQG, scheduled", "scheduled")):
+        design = ad.replace(ad.load_optimum("thesis-pid-vs-lqg", variant), {"rotor.disks.unbalance": 3e-4})
+        for modes in (12, None):
+            size = "full" if modes is None else f"{modes} modes"
+            jobs[f"thesis rotor, {law}, run-up of 1 s, {size}"] = (design, 1.0, up, {"modes": modes, **HANGING})
+        jobs[f"thesis rotor, {law}, run-up of 1 s, 12 modes, sampled"] = (
+            design,
+            1.0,
+            up,
+            {"modes": 12, **sampled, **HANGING},
+        )
     found = {}
     for name, (machine, duration, speed, options) in jobs.items():
-        run = partial(ad.simulate, machine, duration, speed=speed, start="levitated", **options)
-        if duration > 1.0:  # too long to be repeated
+        run = partial(ad.simulate, machine, duration, speed=speed, **{"start": "levitated", **options})
+        if duration > 1.0 or "run-up" in name:  # too long to be repeated
             start = time.process_time()
             result = run()
             seconds = time.process_time() - start
@@ -153,7 +167,12 @@ def main():
     parser.add_argument("--ross-python", metavar="PATH", help="interpreter that has ROSS 3.1.0")
     parser.add_argument("--repeat", type=int, default=7)
     parser.add_argument("--ross-repeat", type=int, default=3)
+    parser.add_argument("--nonlinear", action="store_true", help="these runs alone; other stored results stay")
     args = parser.parse_args()
+    if args.nonlinear:
+        stored = json.loads((RESULTS / "time_response.json").read_text())
+        write("time_response", {**stored, "nonlinear": nonlinear(max(1, args.repeat // 3))})
+        return
     reference = orbits(second(rotor(48), linear=True, step=1e-3))
     report = {"goals": GOALS, "linear": ours(args.repeat, reference)}
     for name, run in report["linear"].items():

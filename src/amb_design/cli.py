@@ -239,6 +239,7 @@ def simulate(
         bool, typer.Option("--contact", help="with backup bearings; goes without saying for a start at rest on them")
     ] = False,
     linear: Annotated[bool, typer.Option("--linear", help="linear magnets without limits")] = False,
+    gravity: Annotated[bool, typer.Option("--gravity/--no-gravity", help="weight along -y, or none")] = True,
     sampling: Annotated[str | None, typer.Option(help="controllers sample with this period: '50 us'")] = None,
     delay: Annotated[str | None, typer.Option(help="from a sample to its effect: '50 us'; none if left out")] = None,
     out: Annotated[Path | None, typer.Option(help="folder for simulation.npz, simulation.json and figures")] = None,
@@ -275,6 +276,7 @@ def simulate(
             start=state,
             contact=contact or state == "resting",
             linear=linear,
+            gravity=gravity,
             sampling=None
             if sampling is None
             else Sampling(period=_quantity(sampling, "s", "--sampling"), delay=_quantity(delay or "0", "s", "--delay")),

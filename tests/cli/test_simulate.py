@@ -154,3 +154,16 @@ def test_too_heavy_a_rotor_is_status_3(run, tmp_path):
     status, text, error = run(str(file), *RUN)
     assert (status, text) == (3, "")
     assert "do not carry the weight" in error
+
+
+def test_the_stored_optimum_of_a_variant(run):
+    """A regulator with observer that follows the speed; on stiff bearings, where integral action and weight do not go together."""
+    which = ("thesis-pid-vs-lqg", "--optimum", "--variant", "scheduled")
+    options = ("--duration", "0.02 s", "--run-up", "2000 rpm", "4000 rpm", "--modes", "8", "--json")
+    status, text, error = run(*which, *options)
+    assert (status, text) == (3, "")
+    assert "do not carry the weight; start it centred or without gravity" in error
+    status, text, _ = run(*which, *options, "--no-gravity")
+    found = json.loads(text)
+    assert (status, found["name"], found["stopped"]) == (0, "thesis-pid-vs-lqg: scheduled", "")
+    assert found["energy_error"] < 1e-4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,16 @@ from scipy.optimize import linear_sum_assignment
 import amb_design as ad
 from amb_design.analysis.frequency import Loops
 from independent.everything import anisotropic_machine, isotropic_machine
+from synthesis import levitated
 
 SPEEDS = [0.0, 150.0, 420.0, 980.0, 1600.0]
+
+
+TURNED = {"magnets[0].axes_angle": 0.8, "magnets[1].axes_angle": -0.3}
+
+
+def small(law: Any, **changes: float) -> ad.Machine:
+    return ad.replace(levitated.small(law), changes)
 
 
 def machines() -> dict[str, ad.Machine]:
@@ -25,6 +34,8 @@ def machines() -> dict[str, ad.Machine]:
         "thesis row 4, tuned": ad.replace(variants["row4-tuned"], coarse),
         "TUM rig": ad.replace(ad.load("tum-rig"), {"rotor.shaft.elements": 8}),
         "everything": isotropic_machine(),
+        "LQG, magnets turned": small(levitated.lqg(scheduled=True), **TURNED),
+        "cross and rates, magnets turned": small(levitated.laws()["cross and rates"], **TURNED),
     }
 
 
@@ -58,6 +69,14 @@ def test_eigenvalues(name: str) -> None:
     assert worst <= 1e-8
 
 
+@pytest.mark.parametrize("angles", [(0.7, 0.7), (0.8, -0.3)])
+def test_ideal_feedback_is_in_y_and_z_wherever_the_magnets_point(angles: tuple[float, float]) -> None:
+    turned = {f"magnets[{k}].axes_angle": angle for k, angle in enumerate(angles)}
+    one, two = both(small(levitated.lqr(scheduled=True), **turned))
+    values = np.linalg.eigvals(one.matrix(500.0))
+    assert distance(np.concatenate([values, values.conj()]), np.linalg.eigvals(two.matrix(500.0))) <= 1e-8
+
+
 @each_machine
 def test_stability_limit(name: str) -> None:
     one, two = (ad.stability_limit(s, first_only=True) for s in both(MACHINES[name]))
@@ -89,7 +108,7 @@ def test_unbalance_response(name: str) -> None:
             assert np.abs(a - b).max() <= 1e-8 * np.abs(a).max(), field
 
 
-@pytest.mark.parametrize("name", [n for n in MACHINES if "passive" not in n])
+@pytest.mark.parametrize("name", [n for n in MACHINES if "passive" not in n and "turned" not in n])
 def test_sensitivity(name: str) -> None:
     frequencies = np.geomspace(20.0, 2e4, 40)
     for speed in (0.0, 700.0):

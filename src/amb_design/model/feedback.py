@@ -1,11 +1,15 @@
-"""Ideal feedback of the whole state: every node of the machine's own mesh is seen."""
+"""Laws in y and z: ideal feedback of the whole state, and what magnets with axes of their own make of a law."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 
 from ..errors import ModelError
 from ..spec.controller import StateFeedback, rows_of
+from ..spec.magnet import Magnet
 from .controller import Realisation
 from .mesh import Mesh
 from .pair import Affine, Matrix, Pair, real, zero
@@ -60,7 +64,7 @@ def whole_state(law: StateFeedback, mesh: Mesh, complex_form: bool, free: list[i
     def nothing(rows: int, columns: int) -> Affine:
         return Affine(zero(rows, columns), zero(rows, columns))
 
-    return sensors, Realisation(nothing(0, 0), nothing(0, inputs), nothing(outputs, 0), Affine(gains, growth), ())
+    return sensors, Realisation(nothing(0, 0), nothing(0, 2 * inputs), nothing(outputs, 0), Affine(gains, growth), ())
 
 
 def _gains(law: StateFeedback, complex_form: bool) -> Pair:
@@ -75,3 +79,24 @@ def _gains(law: StateFeedback, complex_form: bool) -> Pair:
 def _matrix(re: object, im: object) -> Pair:
     first = ca.DM(list(map(list, rows_of(re))))
     return Pair(first, ca.DM(list(map(list, rows_of(im)))) if im else ca.DM(*first.shape))
+
+
+def along_axes(law: Realisation, magnets: Sequence[Magnet], sees_axes: bool = True) -> Realisation:
+    """A real law that is meant in y and z, for the axes of magnets that point elsewhere.
+
+    Parameters
+    ----------
+    law : Realisation
+        First all in y, then all in z.
+    magnets : sequence of Magnet
+    sees_axes : bool
+        True if it also sees displacements along the axes.
+    """
+    angles = [m.axes_angle for m in magnets]
+    if all(isinstance(a, int | float) and a == (angles[0] if sees_axes else 0) for a in angles):
+        return law  # one turn for all of an isotropic law leaves it as it is
+    cos, sin = (ca.diag(ca.vertcat(*map(f, angles))) for f in (ca.cos, ca.sin))
+    turn = ca.sparsify(ca.blockcat([[cos, -sin], [sin, cos]]))  # from the axes to y and z
+    seen = ca.diagcat(turn, turn) if sees_axes else ca.DM.eye(law.d.shape[1])
+    own = ca.DM.eye(len(law.states))
+    return replace(law, b=law.b.between(own, seen), c=law.c.between(turn.T, own), d=law.d.between(turn.T, seen))

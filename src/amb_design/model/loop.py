@@ -8,7 +8,7 @@ ones, q = (v, w, beta_x, beta_y) a node and two axes a magnet.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
@@ -18,7 +18,7 @@ from ..spec.fields import Number
 from ..spec.machine import Machine
 from ..spec.magnet import Magnet
 from .controller import Realisation, realise
-from .feedback import whole_state
+from .feedback import along_axes, whole_state
 from .magnet import current_stiffness, negative_stiffness
 from .mesh import Mesh, plan
 from .pair import Affine, Map, Matrix, Pair, blocks, real, zero
@@ -207,16 +207,17 @@ def _blocks(
         return Block(indices, ca.horzcat(*[axes[k].sensor for k in indices]), realise(chains, complex_form))
 
     if law is not None and axes and serves_all(law):
-        by_plane = [planes * i + k for k in range(planes) for i in range(len(machine.magnets))]
+        by_plane = tuple(planes * i + k for k in range(planes) for i in range(len(machine.magnets)))
         if isinstance(law, StateFeedback):
             sensors, feedback = whole_state(law, mesh, complex_form, free)
-            yield Block(tuple(by_plane), sensors, feedback, ideal=True)
+            if planes == 2:
+                feedback = along_axes(feedback, machine.magnets, sees_axes=False)
+            yield Block(by_plane, sensors, feedback, ideal=True)
         elif isinstance(law, StateSpace):
             free_axes = law.law.ports == len(axes) and not complex_form
-            if not free_axes and planes == 2:
-                _same_axes(machine, law)
             chains: list[Chain] = [law] * len(axes)
-            yield block(chains, *(range(len(axes)) if free_axes else by_plane))
+            whole = block(chains, *(range(len(axes)) if free_axes else by_plane))
+            yield whole if free_axes or planes == 1 else replace(whole, law=along_axes(whole.law, machine.magnets))
         else:
             raise ModelError(
                 f"controller of type {law.type} has no gains yet; design it first with ad.synthesise(machine)"
@@ -233,14 +234,6 @@ def _blocks(
         else:
             for k, chain in enumerate(chains):
                 yield block([chain], planes * i + k)
-
-
-def _same_axes(machine: Machine, law: StateSpace) -> None:
-    """A law in planes needs magnets whose axes point the same way."""
-    if len({str(m.axes_angle) for m in machine.magnets}) > 1:
-        raise ModelError(
-            f"{machine.name} is anisotropic and its magnets' axes point in different directions; give the controller two inputs for each magnet"
-        )
 
 
 def _unit(free: Sequence[int], places: list[int], values: list[Number]) -> Matrix:

@@ -1,11 +1,9 @@
-"""One axis of a magnet with its controller chain: nonlinear force, and what current, voltage and flux allow.
-
-The chain of `model.controller` is cut in front of its amplifier: what comes before (filters and PID) may be sampled.
+"""One axis of a magnet with its amplifier: nonlinear force, and what current, voltage and flux allow.
 
 Current: the amplifier's command and its output stay within the smaller of bias_current and max_current - bias_current.
 Voltage: the output i of an amplifier changes no faster than its link allows at either coil of the pair,
     abs(L di/dt + R (i0 + i) + k_u y') <= U  and  abs(-L di/dt + R (i0 - i) - k_u y') <= U,
-with L and k_u at the nominal gap. A chain without amplifier has ideal ones: their voltage is reported and not limited.
+with L and k_u at the nominal gap. Where no amplifier is given it is ideal: its voltage is reported and not limited.
 Flux: that of a pole, B = mu0 N i/(2 g), grows in proportion up to max_flux_density and no further; force is proportional to B^2.
 Gap: a twentieth of it is the least that the law sees, lest the force become infinite.
 """
@@ -20,45 +18,13 @@ import casadi as ca
 import numpy as np
 
 from ..analysis.system import Array
-from ..model.controller import Realisation
 from ..model.loop import Axis
 from ..model.magnet import MU0, back_emf_constant, inductance, negative_stiffness
+from ..spec.controller import Amplifier
 from ..spec.magnet import Magnet
 
 NARROWEST = 0.05
 """Least gap in the force law, as a fraction of the nominal one."""
-
-
-@dataclass(frozen=True)
-class Chain:
-    """dx/dt = a x + b [s, v], command = c x + d [s, v], and an amplifier w^2/(s^2 + 2 zeta w s + w^2), or none (w = 0)."""
-
-    a: Array
-    b: Array
-    c: Array
-    d: Array
-    bandwidth: float
-    damping: float
-
-    @classmethod
-    def of(cls, whole: Realisation) -> Chain:
-        """Cut a chain in front of its amplifier."""
-        a, b, c, d = (np.array(ca.DM(m.constant.re).full()) for m in (whole.a, whole.b, whole.c, whole.d))
-        if not whole.states or whole.states[-1] != "amplifier.rate":
-            return cls(a, b, c, d, 0.0, 0.0)
-        k = len(a) - 2
-        w = a[k, k + 1]
-        return cls(a[:k, :k], b[:k], a[k + 1 :, :k] / w, b[k + 1 :] / w, float(w), float(-a[k + 1, k + 1] / (2.0 * w)))
-
-    @property
-    def front(self) -> int:
-        """Number of states before the amplifier."""
-        return len(self.a)
-
-    @property
-    def back(self) -> int:
-        """Number of states of the amplifier."""
-        return 2 if self.bandwidth else 0
 
 
 @dataclass(frozen=True)
@@ -88,14 +54,18 @@ class Actuator:
 
     magnet: Magnet
     gain: float
-    chain: Chain | None
+    amplifier: Amplifier | None
     linear: bool
 
     @classmethod
-    def of(cls, axis: Axis, law: Realisation | None, magnet: Magnet, linear: bool) -> Actuator:
+    def of(cls, axis: Axis, amplifier: Amplifier | None, magnet: Magnet, linear: bool) -> Actuator:
         """From an axis of the loop."""
-        chain = None if law is None else Chain.of(law)
-        return cls(magnet, float(ca.DM(axis.current_stiffness)), chain, linear)
+        return cls(magnet, float(ca.DM(axis.current_stiffness)), amplifier, linear)
+
+    @property
+    def states(self) -> int:
+        """Number of states: of an amplifier its output and the scaled rate of that."""
+        return 0 if self.amplifier is None else 2
 
     @property
     def largest_current(self) -> float:
@@ -119,13 +89,13 @@ class Actuator:
         wanted = clip(command, -top, top)
         saturated: dict[str, Any] = {"current": ca.fabs(command) >= top}
         rates, current_rate = ca.SX(0, 1), None
-        if self.chain is not None and self.chain.bandwidth:
-            w = self.chain.bandwidth
+        if self.amplifier is not None:
+            w, damping = float(self.amplifier.bandwidth), float(self.amplifier.damping)
             out, rate = amplifier[0], w * amplifier[1]
             current = -clip(out, -top, top)
             low, high = self._rate_limits(current, velocity)
             current_rate = clip(-rate, low, high)
-            rates = ca.vertcat(-current_rate, w * (wanted - out) - 2.0 * self.chain.damping * rate)
+            rates = ca.vertcat(-current_rate, w * (wanted - out) - 2.0 * damping * rate)
             saturated["current"] = ca.logic_or(saturated["current"], ca.fabs(out) >= top)
             saturated["voltage"] = ca.logic_or(-rate < low, -rate > high)
         else:

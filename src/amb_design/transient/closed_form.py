@@ -38,6 +38,7 @@ class ClosedForm:
         self.matrix[:n, :n] = self.split.A0 + speed * self.split.A1
         self.matrix[:n, n:] = self.split.B @ self._out
         self.matrix[n:, n:] = law
+        self._pull = split.pull[0] + speed * split.pull[1]
         self._moves: dict[float, list[Array]] = {}
         self._booked: list[tuple[Array, Array]] = []
 
@@ -90,7 +91,7 @@ class ClosedForm:
         """Powers of the forces in `WORKS` and their derivatives, one row for each state."""
         e, p, n = self.equations, self.equations.plant, self.equations.plant.size
         xi, rate, change, w = z[:, :n], z[:, n : 2 * n], z @ self.matrix[n : 2 * n].T, z[:, e.size :]
-        law, pull = self.matrix[e.size :, e.size :], self.split.pull
+        law, pull = self.matrix[e.size :, e.size :], self._pull
         power, slope = np.zeros((len(z), len(WORKS))), np.zeros((len(z), len(WORKS)))
 
         def add(owners: list[int], velocity: Array, force: Array, faster: Array, stronger: Array) -> None:

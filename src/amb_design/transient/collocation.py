@@ -105,7 +105,7 @@ class Collocation:
         free = np.eye(equations.size)[:, n : n + self._varying]  # any change of the rates
         self.B = np.hstack([split.B, free])
         self._reach = np.abs(self.B) / self.size[:, None]
-        leaning = [split.A1[n : 2 * n], split.A2[n : 2 * n]] if self._varying else []
+        leaning = [split.turning, split.A2[n : 2 * n]] if self._varying else []
         self._rows = np.vstack([split.C, *leaning]) * self.size
         self._window, self._anchor = max(schedule.spin.fastest / WINDOWS, 1.0), math.nan
         self._ladders: dict[float, tuple[Ladder, list[int]]] = {}
@@ -117,9 +117,9 @@ class Collocation:
 
     def _compile(self) -> None:
         remainder, signals = self.split.remainder, self.schedule.signals
-        q, held, speed = (ca.SX.sym(name, remainder.size1_in(i)) for i, name in enumerate(("q", "held", "speed")))
-        u = remainder(q, held, speed)
-        bent = ca.Function("bent", [q, held, speed], [u, ca.densify(ca.jacobian(u, q))])
+        given = [ca.SX.sym(name, remainder.size1_in(i)) for i, name in enumerate(("q", "held", "speed", "anchor"))]
+        u = remainder(*given)
+        bent = ca.Function("bent", given, [u, ca.densify(ca.jacobian(u, given[0]))])
         self._one, self._two, self._bent = (Compiled(f) for f in (remainder, remainder.map(2), bent.map(2)))
         start, h, numbers = (ca.SX.sym(name, k) for name, k in (("t", 1), ("h", 1), ("p", signals.size1_in(1))))
         at = [signals(start + c * h, numbers) for c in (0.0, 0.25, 0.5, 1.0)]
@@ -242,6 +242,8 @@ class Collocation:
         if anchor == self._anchor:
             return
         self._anchor, self._now, self._past = anchor, None, None
+        for function in (self._one, self._two, self._bent):
+            function.inputs[3][:] = anchor
         if anchor not in self._ladders:
             if any(ladder.size > LARGE for ladder, _ in self._ladders.values()):
                 self._ladders.clear()

@@ -1,7 +1,7 @@
 """The equations of motion as CasADi functions of state and loads.
 
-State x = (xi, xi', controllers); the controllers' states axis by axis, each with those before its amplifier first. A sampled
-controller leaves only the amplifiers' states here, and its commands come in as numbers.
+State x = (xi, xi', law, amplifiers), the last axis by axis. Of sampled controllers only the amplifiers' states are here, and their
+commands come in as numbers.
 
 Loads of the signals s = (Omega^2 cos + Omega' sin, Omega^2 sin - Omega' cos, gravity, base y, base z, forces ...): the first two are
 the unbalance, -(d/dt)^2 of exp(i angle), for any course of the speed.
@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -63,35 +62,38 @@ class Equations:
         """The machine."""
         return self.plant.machine
 
-    @cached_property
-    def blocks(self) -> tuple[slice, ...]:
-        """Where the states of each axis are among the controllers'."""
-        sizes = [0 if c is None else c.back + (0 if self.sampled else c.front) for c in self._chains]
-        edges = np.concatenate([[0], np.cumsum(sizes)])
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
+    @property
+    def law(self) -> int:
+        """Number of the controllers' states that are here."""
+        return 0 if self.sampled else self.plant.law.states
 
     @property
-    def _chains(self) -> list[Any]:
-        return [a.chain for a in self.actuators]
-
-    @property
-    def controllers(self) -> int:
-        """Number of controller states."""
-        return self.blocks[-1].stop if self.blocks else 0
+    def amplifiers(self) -> int:
+        """Number of the amplifiers' states."""
+        return sum(a.states for a in self.actuators)
 
     @property
     def size(self) -> int:
         """Number of states."""
-        return 2 * self.plant.size + self.controllers
+        return 2 * self.plant.size + self.law + self.amplifiers
 
     @cached_property
     def quantities(self) -> Array:
         """From the state to the first five inputs of `magnets`, one below the other."""
         p, n, axes = self.plant, self.plant.size, len(self.actuators)
-        rows = np.zeros((4 * axes + self.controllers, self.size))
+        rows = np.zeros((4 * axes + self.amplifiers, self.size))
         rows[:axes, :n] = rows[axes : 2 * axes, n : 2 * n] = p.actuators
-        rows[2 * axes : 3 * axes, :n] = rows[3 * axes : 4 * axes, n : 2 * n] = p.sensors
-        rows[4 * axes :, 2 * n :] = np.eye(self.controllers)
+        if not self.sampled:
+            rows[2 * axes : 4 * axes, : 2 * n + self.law] = np.vstack(list(p.law.commands))
+        rows[4 * axes :, 2 * n + self.law :] = np.eye(self.amplifiers)
+        return rows
+
+    @cached_property
+    def law_rates(self) -> Array:
+        """From the state to the derivatives of the controllers' states: at rest and what a rad/s adds, shape (2, law, size)."""
+        rows = np.zeros((2, self.law, self.size))
+        if not self.sampled:
+            rows[:, :, : 2 * self.plant.size + self.law] = self.plant.law.rates
         return rows
 
     @cached_property
@@ -108,25 +110,18 @@ class Equations:
 
     @cached_property
     def magnets(self) -> ca.Function:
-        """All axes at once: displacements, velocities at magnets and sensors, controller states, commands, speed.
+        """All axes at once: displacements and velocities, the law's commands at rest and what a rad/s adds to them, amplifiers,
+        commands of sampled controllers, speed.
 
-        Returns axis forces, contact forces (y, z of each magnet), controllers' rates, currents, known current rates, flags.
+        Returns axis forces, contact forces (y, z of each magnet), amplifiers' rates, currents, known current rates, flags.
         """
         count, places = len(self.actuators), len(self.machine.magnets)
-        y, v, s, r = (ca.SX.sym(name, count) for name in ("y", "v", "s", "r"))
-        state, held, speed = ca.SX.sym("c", self.controllers), ca.SX.sym("held", count), ca.SX.sym("speed")
-        answers, rates = [], [ca.SX(0, 1)]
-        for k, (actuator, block) in enumerate(zip(self.actuators, self.blocks, strict=True)):
-            chain, own = actuator.chain, state[block]
-            command: Any = held[k]
-            front = 0
-            if chain is not None and not self.sampled:
-                front, seen = chain.front, ca.vertcat(s[k], r[k])
-                command = ca.mtimes(_dm(chain.c), own[:front]) + ca.mtimes(_dm(chain.d), seen)
-                rates.append(ca.mtimes(_dm(chain.a), own[:front]) + ca.mtimes(_dm(chain.b), seen))
-            answer = actuator.respond(ca.SX(0) if chain is None else command, own[front:], y[k], v[k])
-            rates.append(answer.rates)
-            answers.append(answer)
+        y, v, base, turning, held = (ca.SX.sym(name, count) for name in ("y", "v", "base", "turning", "held"))
+        state, speed = ca.SX.sym("amplifiers", self.amplifiers), ca.SX.sym("speed")
+        commands, answers, at = base + speed * turning + held, [], 0
+        for k, actuator in enumerate(self.actuators):
+            answers.append(actuator.respond(commands[k], state[at : at + actuator.states], y[k], v[k]))
+            at += actuator.states
         touch = [self._touch(i, y, v, speed) for i in range(places)]
         flags = [ca.vertcat(*[ca.SX(a.saturated.get(f, 0)) for f in FLAGS[:3]]) for a in answers]
         by_magnet = [
@@ -136,11 +131,11 @@ class Equations:
         column: Callable[[list[Any]], Any] = lambda parts: ca.densify(ca.vertcat(ca.SX(0, 1), *parts))  # noqa: E731
         return ca.Function(
             "magnets",
-            [y, v, s, r, state, held, speed],
+            [y, v, base, turning, state, held, speed],
             [
                 column([a.force for a in answers]),
                 column([t[0] for t in touch]),
-                column(rates),
+                column([a.rates for a in answers]),
                 column([a.current for a in answers]),
                 column([ca.SX(0) if a.current_rate is None else a.current_rate for a in answers]),
                 column(by_magnet),
@@ -179,11 +174,10 @@ class Equations:
 
     def _parts(self, x: Any, held: Any, speed: Any) -> tuple[Any, ...]:
         """Coordinates, their rates, and all answers of the magnets, as MX."""
-        p, n = self.plant, self.plant.size
-        xi, rate, state = x[:n], x[n : 2 * n], x[2 * n :]
-        act, see = _dm(p.actuators), _dm(p.sensors)
-        motion = [ca.mtimes(matrix, part) for matrix in (act, see) for part in (xi, rate)]
-        return xi, rate, *self.magnets(*motion, state, held, speed)
+        n = self.plant.size
+        edges = np.cumsum([0, *(self.magnets.size1_in(k) for k in range(5))]).tolist()
+        inputs = ca.vertsplit(ca.mtimes(_dm(self.quantities), x), edges)
+        return x[:n], x[n : 2 * n], *self.magnets(*inputs, held, speed)
 
     def symbols(self) -> tuple[Any, ...]:
         """State, signals, speed, its derivative, commands of sampled controllers."""
@@ -205,17 +199,18 @@ class Equations:
 
     @cached_property
     def forces_on(self) -> ca.Function:
-        """Generalised forces in `WORKS`, one a column, and the controllers' rates, of the `symbols`."""
+        """Generalised forces in `WORKS`, one a column, and the rates of law and amplifiers, of the `symbols`."""
         p = self.plant
         x, s, speed, acceleration, held = symbols = self.symbols()
-        xi, rate, pull, touch, controllers, *_ = self._parts(x, held, speed)
+        xi, rate, pull, touch, amplifiers, *_ = self._parts(x, held, speed)
         times: Callable[[Array, Any], Any] = lambda matrix, column: ca.mtimes(_dm(matrix), column)  # noqa: E731
         damping = times(p.C0, rate) + times(p.C1, speed * rate + acceleration * xi)
         circulation = times((p.K0 - p.K0.T) / 2.0, xi) + speed * times(p.K1, xi)
         loads = [times(self.load[:, part], s[part]) for part in self._groups]
         magnetic, contact = times(p.actuators.T, pull), times(self.contact_places.T, touch)
         forces = ca.horzcat(*loads, magnetic, contact, -damping, -circulation)
-        return ca.Function("forces", list(symbols), [forces, controllers], INLINE)
+        law = times(self.law_rates[0], x) + speed * times(self.law_rates[1], x)
+        return ca.Function("forces", list(symbols), [forces, ca.vertcat(law, amplifiers)], INLINE)
 
     @property
     def _groups(self) -> list[slice]:

@@ -26,22 +26,25 @@ def evaluated(split: Split, schedule: Schedule, history: History, final: State, 
         Why the run stopped early, if it did.
     """
     e = split.equations
-    p, n, times = e.plant, e.plant.size, history.times
+    p, n, times, x = e.plant, e.plant.size, history.times, history.states
     count, magnets = len(times), len(e.machine.magnets)
     angles, speeds, _ = schedule.spin.over(times)
-    quantities = np.split(history.states @ e.quantities.T, np.cumsum([e.magnets.size1_in(k) for k in range(4)]), axis=1)
+    quantities = np.split(x @ e.quantities.T, np.cumsum([e.magnets.size1_in(k) for k in range(4)]), axis=1)
     if e.sampled or not all(a.linear for a in e.actuators):
         pull, touch, _, current, change, _ = many(e.magnets, *quantities, history.held, speeds[:, None])
     else:
-        pull, current, change = (history.states @ law.T for law in (split.pull, split.current, split.change))
+        pull, current, change = (
+            x @ at_rest.T + speeds[:, None] * (x @ follows.T)
+            for at_rest, follows in (split.pull, split.current, split.change)
+        )
         touch = np.zeros((count, 2 * magnets))
-    ideal = [k for k, a in enumerate(e.actuators) if a.chain is not None and not a.chain.bandwidth]
+    ideal = [k for k, a in enumerate(e.actuators) if a.amplifier is None]
     if any(e.actuators[k].magnet.has_geometry for k in ideal):
         change[:, ideal] = _current_rates(split, schedule, history, quantities)[:, ideal]
     voltages = np.zeros((count, magnets, 2, 2))
     for k, actuator in enumerate(e.actuators):
         voltages[:, k // 2, k % 2] = actuator.voltages(current[:, k], change[:, k], quantities[1][:, k])
-    xi, rate = history.states[:, :n], history.states[:, n : 2 * n]
+    xi, rate = x[:, :n], x[:, n : 2 * n]
     return Transient(
         times=times,
         speeds=speeds,
@@ -72,16 +75,17 @@ def _current_rates(split: Split, schedule: Schedule, history: History, quantitie
     for piece in reversed(pieces):  # an instant between two belongs to the earlier one
         numbers[(times >= piece.start) & (times <= piece.stop)] = piece.numbers
     signals, speeds, rates = many(schedule.signals, times[:, None], numbers)
-    (rest,) = many(split.remainder, x @ split.C.T, history.held, speeds)
+    (rest,) = many(split.remainder, x @ split.C.T, history.held, speeds, speeds)
     moving = (
         x @ split.A0.T + speeds * (x @ split.A1.T) - rates * (x @ split.A2.T) + np.hstack([rest, signals]) @ split.B.T
     )
     inputs = [ca.SX.sym(f"i{k}", e.magnets.size1_in(k)) for k in range(e.magnets.n_in())]
     along = [ca.SX.sym(f"d{k}", e.magnets.size1_in(k)) for k in range(5)]
-    change = ca.jtimes(e.magnets(*inputs)[3], ca.vertcat(*inputs[:5]), ca.vertcat(*along))
-    function = ca.Function("rates", [*inputs, *along], [ca.densify(change)])
+    faster = ca.SX.sym("faster")
+    change = ca.jtimes(e.magnets(*inputs)[3], ca.vertcat(*inputs[:5], inputs[-1]), ca.vertcat(*along, faster))
+    function = ca.Function("rates", [*inputs, *along, faster], [ca.densify(change)])
     directions = np.split(moving @ e.quantities.T, np.cumsum([q.shape[1] for q in quantities])[:-1], axis=1)
-    (found,) = many(function, *quantities, history.held, speeds, *directions)
+    (found,) = many(function, *quantities, history.held, speeds, *directions, rates)
     return found
 
 

@@ -1,4 +1,4 @@
-"""The rotor in modal coordinates, M = 1: all modes at rest, which is exact, or the lowest with static correction.
+"""The rotor in modal coordinates, M = 1: all modes at rest, which is exact, or the lowest with static correction; and what controls it.
 
 q = basis xi, and xi'' + (C0 + Omega C1) xi' + (K0 + Omega K1 + Omega' C1) xi = loads. The magnets' negative stiffness is
 not in K0: here it comes with their force law. The last term on the left is the moment that a spinning disk needs to
@@ -17,13 +17,16 @@ import scipy.linalg as sla
 from scipy.sparse.csgraph import connected_components
 
 from ..analysis.places import interpolated
+from ..analysis.sampled import with_chains
 from ..analysis.system import Array, dense, node_positions
 from ..errors import ModelError
-from ..model.loop import Axis, Block, Structure, structure
+from ..model.loop import Axis, Structure, structure
 from ..model.magnet import negative_stiffness
 from ..model.mesh import plan
+from ..spec.controller import Amplifier, Chain
 from ..spec.machine import Machine
 from ..synthesis.design import synthesise
+from .law import Law
 from .loads import Disturbance, Force, Impulse
 
 ROUNDING = 1e-14
@@ -49,12 +52,15 @@ class Plant:
         Loads by a unit acceleration of all masses in y and in z.
     unbalance : ndarray, shape (n, 2)
         Loads by the disks' unbalances for factors cos and sin of the spin angle.
-    actuators, sensors : ndarray, shape (axes, n)
+    actuators : ndarray, shape (axes, n)
+    amplifiers : tuple of Amplifier or None
+        Of the axes; None for ideal ones.
+    law : Law
+        Of all axes.
     """
 
     machine: Machine
     axes: tuple[Axis, ...]
-    blocks: tuple[Block, ...]
     basis: Array
     mass: Array
     frequencies: Array
@@ -67,7 +73,8 @@ class Plant:
     inertia: Array
     unbalance: Array
     actuators: Array
-    sensors: Array
+    amplifiers: tuple[Amplifier | None, ...]
+    law: Law
 
     @property
     def size(self) -> int:
@@ -88,7 +95,9 @@ class Plant:
         return np.asarray(disturbance.y * v + disturbance.z * w)
 
 
-def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbance, ...]) -> Plant:
+def plant_of(
+    machine: Machine, modes: int | None, disturbances: tuple[Disturbance, ...], sampled: bool = False
+) -> Plant:
     """Reduce the machine to modal coordinates.
 
     Parameters
@@ -99,11 +108,15 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         Number of the lowest modes; what the others would do is made up for statically at magnets, bearings and forces.
     disturbances : tuple
         Checked here for their places.
+    sampled : bool
+        True if the sampling takes the place of the delay in the chains.
     """
-    mesh = plan(machine)
-    whole = structure(synthesise(machine), mesh, complex_form=False)
+    mesh, designed = plan(machine), synthesise(machine)
+    late = {"delay": 0.0} if sampled else {}
+    whole = structure(with_chains(designed, amplifier=None, **late), mesh, complex_form=False)
+    amplifiers = tuple(_amplifier(designed, k) for k in range(len(whole.axes)))
     n = whole.size
-    actuators = _columns(whole, "actuator")
+    actuators = np.hstack([np.zeros((n, 0)), *[ca.DM(a.actuator).full() for a in whole.axes]])
     pull = [float(ca.DM(negative_stiffness(machine.magnets[a.magnet]))) for a in whole.axes]
     stiffness = dense(whole.K0) + (actuators * pull) @ actuators.T
     mass = dense(whole.M)
@@ -125,7 +138,6 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
     return Plant(
         machine=machine,
         axes=whole.axes,
-        blocks=whole.blocks,
         basis=shapes,
         mass=mass,
         frequencies=np.sqrt(np.maximum(squares, 0.0)),
@@ -138,7 +150,8 @@ def plant_of(machine: Machine, modes: int | None, disturbances: tuple[Disturbanc
         inertia=shapes.T @ _inertia(whole, machine),
         unbalance=shapes.T @ _unbalance(whole, machine),
         actuators=actuators.T @ shapes,
-        sensors=_columns(whole, "sensor").T @ shapes,
+        amplifiers=amplifiers,
+        law=Law.of(whole, shapes, np.array([1.0 if a is None else float(a.gain) for a in amplifiers])),
     )
 
 
@@ -169,15 +182,17 @@ def _corrected(shapes: Array, squares: Array, modes: int, loads: Array) -> tuple
     return np.hstack([shapes[:, :modes], rest @ (keep @ turn)]), np.concatenate([squares[:modes], values])
 
 
-def _columns(whole: Structure, name: str) -> Array:
-    return np.hstack([np.zeros((whole.size, 0)), *[ca.DM(getattr(a, name)).full() for a in whole.axes]])
+def _amplifier(machine: Machine, axis: int) -> Amplifier | None:
+    chain = machine.controllers_of(machine.magnets[axis // 2])[axis % 2]
+    return chain.amplifier if isinstance(chain, Chain) else None
 
 
 def _inertia(whole: Structure, machine: Machine) -> Array:
     """Mass times a rigid translation in y and z; the mass that the pins hold counts, so it is assembled without them."""
     hanging = whole
     if machine.pins:
-        hanging = structure(dataclasses.replace(machine, pins=()), plan(machine), complex_form=False)
+        free = dataclasses.replace(machine.without_controllers(), pins=())
+        hanging = structure(free, plan(machine), complex_form=False)
     rigid = np.zeros((hanging.size, 2))
     rigid[0::4, 0] = rigid[1::4, 1] = 1.0
     return np.asarray((dense(hanging.M) @ rigid)[list(whole.free)])

@@ -48,7 +48,7 @@ class Run:
 
     def state(self) -> State:
         """The present as a state to restart from."""
-        p, s = self.equations.plant, self.sampler
+        e, p, s = self.equations, self.equations.plant, self.sampler
         n = p.size
         turned, _, _ = self.schedule.spin.at(self.time)
         none = np.zeros(0)
@@ -57,8 +57,8 @@ class Run:
             angle=turned + self.schedule.angle,
             displacements=p.basis @ self.x[:n],
             velocities=p.basis @ self.x[n : 2 * n],
-            controllers=self.x[2 * n :],
-            memory=none if s is None else s.memory,
+            law=self.x[2 * n : 2 * n + e.law] if s is None else s.memory,
+            amplifiers=self.x[2 * n + e.law :],
             held=none if s is None else s.held,
             pending=np.zeros((0, 1 + len(self.equations.actuators))) if s is None else _rows(s),
         )
@@ -68,7 +68,7 @@ class Run:
         self.time, self.works = state.time, works
         self.x = state.coordinates(self.equations.plant)
         if self.sampler is not None:
-            self.sampler = Sampler(self.equations, self.sampler.sampling, state.memory, state.held, state.pending)
+            self.sampler.restart(state.law, state.held, state.pending)
 
     def advance(self, times: Array) -> History:
         """Go on to the last of some times and report at each.

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..analysis.sampled import with_chains
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
@@ -135,11 +134,11 @@ def simulate(
     equations = _equations(machine, modes, tuple(disturbances), backup, linear, sampling, gravity)
     turned, first, _ = spin.at(origin)
     state = start if isinstance(start, State) else _state(equations, start, first)
+    _check_state(equations, state)
     schedule = Schedule(spin, state.angle - turned, tuple(disturbances))
-    split = Split(equations)
+    split = Split(equations, varying=not spin.constant)
     stepper = _stepper(split, schedule, tolerance, integrator, linear)
-    sampler = None if sampling is None else Sampler(equations, sampling, state.memory, state.held, state.pending)
-    _check_state(equations, state, sampler)
+    sampler = None if sampling is None else Sampler(equations, sampling, spin, state.law, state.held, state.pending)
     times = origin + _outputs(duration, step, spin.fastest, sampling)
     chunk = chunk or (5000 if isinstance(stepper, ClosedForm) else min(max(len(times) // 50, 50), 1000))
     options = (
@@ -204,16 +203,12 @@ def _equations(
     sampling: Sampling | None,
     gravity: bool,
 ) -> Equations:
-    if sampling is not None:  # the delay in the chains stands for it
-        machine = with_chains(machine, delay=0.0)
-    plant = plant_of(machine, modes, disturbances)
-    if any(len(block.axes) > 1 for block in plant.blocks):
-        raise ModelError(f"{machine.name} has a controller that couples axes, which simulations do not know yet")
-    laws = {block.axes[0]: block.law for block in plant.blocks}
+    plant = plant_of(machine, modes, disturbances, sampling is not None)
     return Equations(
         plant=plant,
         actuators=tuple(
-            Actuator.of(a, laws.get(k), machine.magnets[a.magnet], linear) for k, a in enumerate(plant.axes)
+            Actuator.of(axis, amplifier, machine.magnets[axis.magnet], linear)
+            for axis, amplifier in zip(plant.axes, plant.amplifiers, strict=True)
         ),
         forces=tuple(d for d in disturbances if isinstance(d, Force)),
         contact=contact,
@@ -231,28 +226,18 @@ def _stepper(split: Split, schedule: Schedule, tolerance: float, integrator: str
 
 
 def _state(e: Equations, name: str, speed: float) -> State:
-    whole = continuous(e)
-    xi, controllers = initial(whole, name, speed)
-    memory, held = np.zeros(0), np.zeros(0)
-    if e.sampled:
-        parts: tuple[list[Array], list[Array]] = ([], [])
-        held = np.zeros(len(e.actuators))
-        for k, (actuator, block) in enumerate(zip(e.actuators, whole.blocks, strict=True)):
-            if actuator.chain is not None:
-                own, front = controllers[block], actuator.chain.front
-                seen = np.array([e.plant.sensors[k] @ xi, 0.0])
-                held[k] = float((actuator.chain.c @ own[:front] + actuator.chain.d @ seen)[0])
-                parts[0].append(own[:front])
-                parts[1].append(own[front:])
-        memory, controllers = (np.concatenate([np.zeros(0), *p]) for p in parts)
-        held = held if name == "levitated" else np.zeros(len(e.actuators))
-    q = e.plant.basis @ xi
-    return State(0.0, 0.0, q, np.zeros(len(q)), controllers, memory, held, np.zeros((0, 1 + len(e.actuators))))
+    xi, inner = initial(continuous(e), name, speed)
+    law, held = inner[: e.plant.law.states], np.zeros(len(e.actuators) if e.sampled else 0)
+    if e.sampled and name == "levitated":
+        _, _, c, d = e.plant.law.at(speed)
+        held = c @ law + d @ e.plant.law.seen(xi, np.zeros(len(xi)))
+    q, none = e.plant.basis @ xi, np.zeros((0, 1 + len(e.actuators)))
+    return State(0.0, 0.0, q, np.zeros(len(q)), law, inner[len(law) :], held, none)
 
 
-def _check_state(e: Equations, state: State, sampler: Sampler | None) -> None:
-    memory = 0 if sampler is None else sum(a.chain.front for a in e.actuators if a.chain is not None)
-    if (len(state.controllers), len(state.memory)) != (e.controllers, memory):
+def _check_state(e: Equations, state: State) -> None:
+    wanted = e.plant.law.states, e.amplifiers, len(e.actuators) if e.sampled else 0
+    if (len(state.law), len(state.amplifiers), len(state.held)) != wanted:
         raise ModelError("the saved state belongs to other controllers; restart with those that it was saved from")
 
 

@@ -17,7 +17,7 @@ STARTS = ("centred", "resting", "levitated")
 
 
 def initial(e: Equations, name: str, speed: float) -> tuple[Array, Array]:
-    """Modal coordinates and controllers' states of a named start, the latter complete, sampled or not.
+    """Modal coordinates of a named start, and states of controllers and amplifiers.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ def initial(e: Equations, name: str, speed: float) -> tuple[Array, Array]:
     """
     n = e.plant.size
     if name == "centred":
-        return np.zeros(n), np.zeros(e.controllers)
+        return np.zeros(n), np.zeros(e.law + e.amplifiers)
     if name == "resting":
         if e.contact is None or not e.gravity:
             raise ModelError("a rotor rests on its backup bearings only with contact and gravity; pass contact=True")
-        return _resting(e), np.zeros(e.controllers)
+        return _resting(e), np.zeros(e.law + e.amplifiers)
     if name == "levitated":
         return _levitated(e, speed)
     raise ModelError(f"there is no start {name!r}; choose one of {', '.join(STARTS)}, or give the final state of a run")
@@ -52,7 +52,7 @@ def _resting(e: Equations) -> Array:
     xi = ca.MX.sym("xi", p.size)
     none = np.zeros(len(e.actuators))
     place = ca.mtimes(ca.DM(p.actuators), xi)
-    touch = e.magnets(place, none, none, none, np.zeros(e.controllers), none, 0.0)[1]
+    touch = e.magnets(place, none, none, none, np.zeros(e.amplifiers), none, 0.0)[1]
     force = ca.DM(e.load[:, 2]) - ca.mtimes(ca.DM(p.K0), xi) + ca.mtimes(ca.DM(e.contact_places.T), touch)
     clearances = [float(m.clearance) for m in e.machine.magnets]
     stiff = 1.0 if e.contact is None else e.contact.stiffness
@@ -63,13 +63,13 @@ def _resting(e: Equations) -> Array:
 def _levitated(e: Equations, speed: float) -> tuple[Array, Array]:
     n = e.plant.size
     *_, held = symbols = e.symbols()
-    z = ca.MX.sym("z", n + e.controllers)
+    z = ca.MX.sym("z", n + e.law + e.amplifiers)
     signals = np.eye(1, e.load.shape[1], 2).ravel()
     full = ca.vertcat(z[:n], np.zeros(n), z[n:])
     change = ca.Function("change", list(symbols), [e.rhs(*symbols)[0]])(
         full, signals, speed, 0.0, np.zeros(held.shape[0])
     )
-    text = f"{e.machine.name} has no static equilibrium near the centre: its magnets do not carry the weight; start it centred"
+    text = f"{e.machine.name} has no static equilibrium near the centre: its magnets do not carry the weight; start it centred or without gravity"
     found = _root(change[n:], z, np.zeros(z.shape[0]), text)
     clearest = [m.gap or m.clearance for m in e.machine.magnets]
     places = (e.contact_places @ found[:n]).reshape(-1, 2)

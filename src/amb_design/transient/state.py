@@ -22,12 +22,12 @@ class State:
         That the shaft has turned [rad].
     displacements, velocities : ndarray
         Over the free degrees of freedom of the machine's mesh.
-    controllers : ndarray
-        States of the chains (of a sampled controller: of its amplifiers only).
-    memory : ndarray
-        States of sampled controllers.
+    law : ndarray
+        States of the controllers, continuous or sampled, without their amplifiers.
+    amplifiers : ndarray
+        States of these.
     held : ndarray
-        Their commands that act now [A], one for each axis.
+        Commands of sampled controllers that act now [A], one for each axis; empty for continuous ones.
     pending : ndarray, shape (k, 1 + axes)
         Times and values of commands still to come.
     """
@@ -36,20 +36,21 @@ class State:
     angle: float
     displacements: Array
     velocities: Array
-    controllers: Array
-    memory: Array
+    law: Array
+    amplifiers: Array
     held: Array
     pending: Array
 
     def coordinates(self, plant: Plant) -> Array:
-        """Modal coordinates, their rates and the controllers' states."""
+        """Modal coordinates, their rates and what else moves continuously: controllers unless they are sampled, and amplifiers."""
         if len(self.displacements) != len(plant.basis):
             raise ModelError(
                 f"the saved state has {len(self.displacements)} displacements, {plant.machine.name} has "
                 f"{len(plant.basis)}; restart the machine, with the mesh, that it was saved from"
             )
         moved = [plant.reduced(v) for v in (self.displacements, self.velocities)]
-        return np.concatenate([*moved, self.controllers])
+        law = np.zeros(0) if len(self.held) else self.law
+        return np.concatenate([*moved, law, self.amplifiers])
 
     def arrays(self, prefix: str = "final_") -> dict[str, Array]:
         """For a file."""
