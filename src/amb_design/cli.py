@@ -78,13 +78,14 @@ def list_problems(as_json: Json = False) -> None:
         described = load(folder) if has_machine else load_problem(folder)
         machines = load_variants(folder) if has_machine else {}
         designs = load_problem_variants(folder) if has_problem else {}
+        problem = "" if not has_problem else load_problem(folder).name if has_machine else described.name
         rows.append(
             {
                 "name": name,
                 "source": described.source.get("title", ""),
                 "variants": [v for v in machines if v != described.name],
                 "optimise": has_problem,
-                "design_variants": [v for v in designs if v != load_problem(folder).name],
+                "design_variants": [v for v in designs if v != problem],
             }
         )
     _print(as_json, {"problems": rows}, lambda: console.problems(rows))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from .errors import SpecError
@@ -58,6 +58,7 @@ def _registry() -> Any:
     return registry
 
 
+@lru_cache(maxsize=4096)  # pint is slow, and variants of a file repeat their numbers
 def parse_quantity(text: str, unit: str) -> float:
     """Read a number with a unit, such as ``"0.381 mm"``, into SI.
 

@@ -137,7 +137,8 @@ def parametric(
             break
         if len({value(machine, member) for member in paths if isinstance(value(machine, member), int | float)}) > 1:
             raise ModelError(
-                f"{path} stands for numbers of different values; free them one by one ({paths[0]}, ...) or make them equal"
+                f"{path} stands for numbers of different values; free them one by one, as find(machine, {path!r}) lists "
+                f"them ({paths[0]}, ...), or make them equal"
             )
     p = ca.SX.sym("p", len(free))
     nominal = tuple(float(value(machine, m[0])) for m in members)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Self
 
 from ..errors import SpecError
 from .fields import Number, OptionalNumber, Spec, choice, is_number, matrix, number, part
@@ -60,6 +60,26 @@ class Chain(Spec):
         switch=True,
     )
     amplifier: Amplifier | None = part("current amplifier", default=None)
+
+    @classmethod
+    def with_hardware_of(cls, other: Chain, **values: Any) -> Self:
+        """A controller of this kind in the place of another one, behind its sensors, low-pass, delay and amplifier.
+
+        Parameters
+        ----------
+        other : PID, StateSpace or LQG
+        **values
+            Fields of the new controller; hardware among them takes the place of the other's.
+
+        Raises
+        ------
+        SpecError
+            If the other one has no hardware, or a value is wrong.
+        """
+        if not isinstance(other, Chain):
+            got = getattr(other, "type", type(other).__name__)
+            raise SpecError("has no hardware", field="other", got=got, remedy="name a controller that can be built")
+        return cls(**{name: getattr(other, name) for name in HARDWARE} | values)
 
 
 HARDWARE = ("sensor_gain", "low_pass", "delay", "amplifier")
