@@ -21,6 +21,7 @@ exclude_patterns = ["conf.py", "_extensions", "_build", "notebooks", "**.ipynb_c
 nitpicky = True
 nitpick_ignore_regex = [("py:(class|obj)", ".*")]  # types in docstrings are words, not links
 default_role = "py:obj"
+highlight_language = "none"
 
 myst_enable_extensions = ["deflist", "colon_fence"]
 myst_heading_anchors = 3
@@ -28,7 +29,7 @@ myst_heading_anchors = 3
 nb_custom_formats = {".py": ["site_notebooks.read", {}]}
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 900
 nb_output_stderr = "error"
 nb_merge_streams = True
 

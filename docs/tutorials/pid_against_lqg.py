@@ -1,0 +1,60 @@
+# %% [markdown]
+# # PID against a regulator with observer
+#
+# On the same machine, with the same limits and the same optimiser: what does a quadratic regulator with Kalman observer (LQG) gain over the PID chain, and what does it cost?
+# The packaged problem `thesis-pid-vs-lqg` holds one optimum for each; [controllers](../controllers.md) explains the laws.
+
+# %%
+import numpy as np
+
+import amb_design as ad
+
+pid = ad.load_optimum("thesis-pid-vs-lqg")
+lqg = ad.load_optimum("thesis-pid-vs-lqg", "lqg")
+print(f"the LQG weighs currents of {lqg.controller.current:.3g} A against displacements of {lqg.controller.displacement:.3g} m")
+
+# %% [markdown]
+# An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets.
+
+# %%
+law = ad.synthesise(lqg).controller
+print(type(law).__name__, "with", law.law.states, "states and", law.law.ports, "inputs (complex: y + i z of each magnet)")
+
+# %% [markdown]
+# ## Under the same conditions
+#
+# Conditions that are left out are chosen from the machines, and the notes below the table say how. Four random machines are few; they keep this page quick.
+
+# %%
+table = ad.compare(
+    {"PID": pid, "LQG": lqg},
+    speed=ad.rpm(13900),
+    unbalance={"in phase": [2e-5, 2e-5, 2e-5]},
+    sensor_noise=2e-9,
+    force_step=ad.ForceStep(force=50.0, at="disk 2"),
+    tolerances={"magnets.current_stiffness": 0.05, "bearings.stiffness": 0.05},
+    samples=4,
+)
+print(table)
+
+# %% [markdown]
+# Better entries carry a star. The observer wins most lines: it knows the force that limits this rotor, the internal damping of its laminate, and how that force grows with
+# the speed; the PID can only damp. What it costs stands at the bottom: more than twice the states, and a model of the rotor in the controller.
+#
+# ## In pictures
+
+# %%
+speeds = ad.rpm(np.linspace(0.0, 17000.0, 86))
+machines = {"PID": pid, "LQG": lqg}
+diagrams = {name: ad.campbell(machine, speeds) for name, machine in machines.items()}
+limits = {name: ad.stability_limit(machine) for name, machine in machines.items()}
+axes = ad.plots.campbells(diagrams, limits)
+
+# %%
+axes = ad.plots.responses({name: design.force_steps[0] for name, design in table.designs.items()})
+
+# %% [markdown]
+# What observer, integral action and hardware cost against the ideal regulator of the same weights, which knows the whole state and has no amplifier:
+
+# %%
+print(f"LQG {limits['LQG'].speed_rpm:.0f} rpm, its ideal regulator {ad.stability_limit(ad.ideal(lqg)).speed_rpm:.0f} rpm")
