@@ -13,10 +13,18 @@ import amb_design  # noqa: E402
 
 project = "amb_design"
 author = "The amb_design developers"
-copyright = author  # noqa: A001
+copyright = author
 version = release = amb_design.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "site_pages", "site_tables", "site_api", "site_layers"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "site_pages",
+    "site_tables",
+    "site_api",
+    "site_layers",
+]
 exclude_patterns = ["conf.py", "_extensions", "_build", "notebooks", "**.ipynb_checkpoints"]
 nitpicky = True
 nitpick_ignore_regex = [("py:(class|obj)", ".*")]  # types in docstrings are words, not links

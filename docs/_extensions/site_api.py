@@ -65,7 +65,9 @@ def _directives(module: str, names: list[str]) -> str:
         if inspect.isclass(made) and issubclass(made, Exception):
             blocks.append(f".. autoexception:: {name}")
         elif inspect.isclass(made):
-            fields = dataclasses.fields(made) if dataclasses.is_dataclass(made) else ()  # told in the description already
+            fields = (
+                dataclasses.fields(made) if dataclasses.is_dataclass(made) else ()
+            )  # told in the description already
             told = [f"   :exclude-members: {', '.join(f.name for f in fields)}"] if fields else []
             blocks.append("\n".join([f".. autoclass:: {name}", "   :members:", *told]))
         else:
@@ -79,7 +81,10 @@ def fields_of_spec(app: Sphinx, what: str, name: str, made: Any, options: Any, l
         lines += ["", ".. list-table::", "   :header-rows: 1", "   :widths: auto", ""]
         for row in [("field", "unit", "range", "default", "meaning"), *field_rows(made)]:
             cells = [f"``{row[0]}``" if row[0] != "field" else row[0], *row[1:]]
-            lines += [f"   {'*' if k == 0 else ' '} - {cell.replace('`', '``') if k else cell}" for k, cell in enumerate(cells)]
+            lines += [
+                f"   {'*' if k == 0 else ' '} - {cell.replace('`', '``') if k else cell}"
+                for k, cell in enumerate(cells)
+            ]
         lines.append("")
 
 

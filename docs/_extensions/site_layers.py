@@ -36,8 +36,12 @@ def drawing() -> str:
         height = LINE * len(packages) + 8
         if y > 2:
             middle = NAMES / 2
-            parts.append(f'<path d="M{middle} {y - GAP} v{GAP - 2} m-4 -5 l4 5 l4 -5" fill="none" stroke="currentColor"/>')
-        parts.append(f'<rect x="1" y="{y}" width="{NAMES}" height="{height}" rx="4" fill="none" stroke="currentColor"/>')
+            parts.append(
+                f'<path d="M{middle} {y - GAP} v{GAP - 2} m-4 -5 l4 5 l4 -5" fill="none" stroke="currentColor"/>'
+            )
+        parts.append(
+            f'<rect x="1" y="{y}" width="{NAMES}" height="{height}" rx="4" fill="none" stroke="currentColor"/>'
+        )
         for k, package in enumerate(packages):
             base = y + LINE * k + 18
             name, words = package.removeprefix("amb_design."), _words(package)

@@ -10,14 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from amb_design.cli import app as commands
-from amb_design.spec import reference
-
-REFERENCES = {
-    "fields": reference.field_reference,
-    "keys": reference.key_reference,
-    "quantities": reference.quantity_reference,
-    "conditions": reference.condition_reference,
-}
+from amb_design.spec.reference import REFERENCES
 
 
 class Reference(SphinxDirective):

@@ -5,6 +5,8 @@
 # would a standard accept it?
 
 # %%
+import textwrap
+
 import numpy as np
 
 import amb_design as ad
@@ -20,7 +22,8 @@ ax = ad.plots.machine(machine)
 
 # %%
 limit = ad.stability_limit(machine)
-print(f"{limit.status}: {limit.speed_rpm:.0f} rpm, certified: {limit.certified}, by the {limit.mode.describe()}")
+print(f"{limit.status}: {limit.speed_rpm:.0f} rpm, certified: {limit.certified}")
+print(f"set by the {limit.mode.describe()}")
 
 # %%
 diagram = ad.campbell(machine)
@@ -38,7 +41,9 @@ ax = ad.plots.mode_shape(limit.mode, machine)
 
 # %%
 for c in ad.critical_speeds(machine):
-    print(f"{c.speed_rpm:7.0f} rpm  {c.whirl:8s}  damping ratio {c.damping_ratio:.4f}")
+    print(
+        f"{c.speed_rpm:7.0f} rpm  {c.whirl:8s}  damping ratio {c.damping_ratio:.4f}"
+    )
 
 # %% [markdown]
 # Forward critical speeds answer to unbalance. The machine's own unbalance, 0.2 mm of eccentricity at each disk, is far beyond what the magnets can hold; the response
@@ -56,16 +61,20 @@ ax = ad.plots.unbalance(response)
 # %%
 result = ad.analyse(machine)
 for c in result.criteria:
-    print(f"{c.standard:12s} {c.subject:40s} {c.verdict:10s} {c.where}")
+    print(f"{c.standard:12s} {c.subject:36s} {c.verdict:11s} {c.where}")
 
 # %%
 for finding in result.findings:
-    print(f"- {finding.topic}: {finding.text}")
+    print(
+        textwrap.fill(
+            f"- {finding.topic}: {finding.text}", 84, subsequent_indent="  "
+        )
+    )
 
 # %% [markdown]
 # The sensitivity of each loop (ISO 14839-3: a peak below 3 is zone A), at rest and at 9000 rpm:
 
 # %%
-for speed in (0.0, ad.rpm(9000)):
-    for peak in ad.sensitivity(machine, speed).peaks:
-        print(f"{speed * 30 / 3.14159:5.0f} rpm, {peak.loop}: {peak.value:.2f}, zone {peak.zone}")
+for rpm in (0, 9000):
+    for peak in ad.sensitivity(machine, ad.rpm(rpm)).peaks:
+        print(f"{rpm:5d} rpm, {peak.loop}: {peak.value:.2f}, zone {peak.zone}")

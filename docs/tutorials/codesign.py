@@ -17,8 +17,11 @@ designs = {
     "both": ad.load_optimum("thesis-codesign"),
 }
 for name, machine in designs.items():
-    angles = [round(np.degrees(ply.angle)) for ply in machine.rotor.shaft.segments[0].plies]
-    print(f"{name:17s} stable up to {ad.stability_limit(machine).speed_rpm:6.0f} rpm, plies {angles}")
+    angles = [
+        round(np.degrees(ply.angle))
+        for ply in machine.rotor.shaft.segments[0].plies
+    ]
+    print(f"{name:17s} {ad.stability_limit(machine).speed_rpm:6.0f} rpm  {angles}")
 
 # %%
 ax = ad.plots.machine(designs["both"])
@@ -31,15 +34,19 @@ ax = ad.plots.machine(designs["both"])
 
 # %%
 numbers = dict(ad.numbers(designs["both"]))
-values = {v.name: numbers[ad.find(designs["both"], v.name)[0]] for v in problem.variables}
+values = {
+    v.name: numbers[ad.find(designs["both"], v.name)[0]] for v in problem.variables
+}
 end = ad.rpm(16396)  # stored with the optimum
 found = ad.audit(problem, values, end)
 bounds = {c.quantity: c for c in problem.constraints}
 for f in found.findings:
     limit = bounds[f.quantity]
-    print(f"{f.quantity:24s} {f.value:8.4g} {'<=' if limit.kind.upper else '>='} {limit.bound:g}")
+    sense = "<=" if limit.kind.upper else ">="
+    print(f"{f.quantity:24s} {f.value:8.4g} {sense} {limit.bound:g}")
     assert f.value <= limit.bound if limit.kind.upper else f.value >= limit.bound
-print(f"stable up to {found.stability[''].speed_rpm:.0f} rpm, certified: {found.stability[''].certified}")
+reach = found.stability[""]  # of the machine as drawn
+print(f"stable up to {reach.speed_rpm:.0f} rpm, certified: {reach.certified}")
 
 # %% [markdown]
 # ## What the plies do

@@ -2,7 +2,7 @@
 # # Maximise the stability limit speed
 #
 # How fast may the thesis rotor spin if its controller and the bias current are chosen well? The packaged problem `thesis-pid` asks this with limits on sensitivity, damping and
-# control current; its file is shown in [problem files](../problem-files.md) form by `amb-design check thesis-pid`.
+# control current. [Problem files](../problem-files.md) explains how such a question is written.
 
 # %%
 import amb_design as ad
@@ -12,14 +12,15 @@ print(problem.question)
 for v in problem.variables:
     print(f"  {v.name:34s} {v.lower:9.4g} to {v.upper:9.4g} {v.scale}")
 for limit in problem.constraints:
-    print(f"  {limit.quantity:34s} {'at most' if limit.kind.upper else 'at least'} {limit.bound:g}")
+    sense = "at most" if limit.kind.upper else "at least"
+    print(f"  {limit.quantity:34s} {sense} {limit.bound:g}")
 
 # %% [markdown]
 # One start, from the machine as it is, takes some ten seconds. `starts=8, workers=2` tries seven more in two processes and ranks what they find.
 
 # %%
 design = ad.solve(problem, starts=1)
-print(f"{design.status}: {design.end * 30 / 3.141592653589793:.0f} rpm within all limits")
+print(f"{design.status}: {design.end / ad.rpm(1):.0f} rpm within all limits")
 
 # %% [markdown]
 # "Verified" means that the design was looked at by other methods, on the full model and on a mesh twice as fine, and that its stability limit was proven
@@ -27,7 +28,10 @@ print(f"{design.status}: {design.end * 30 / 3.141592653589793:.0f} rpm within al
 
 # %%
 for row in design.limits:
-    print(f"{row.quantity:24s} {row.value:8.4g} {'<=' if row.upper else '>='} {row.bound:<6g} {'active' if row.active else ''}")
+    sense = "<=" if row.upper else ">="
+    print(
+        f"{row.quantity:24s} {row.value:8.4g} {sense} {row.bound:<6g} {'active' if row.active else ''}"
+    )
 
 # %%
 start = ad.load("thesis-tuned")
@@ -46,4 +50,4 @@ ax = ad.plots.convergence(design)
 # The proof of the stability limit travels with the design; `ad.check_proof` checks it without the rest of the package.
 
 # %%
-print(f"proven stable up to {design.proof.lower * 30 / 3.141592653589793:.0f} rpm")
+print(f"proven stable up to {design.proof.lower / ad.rpm(1):.0f} rpm")

@@ -2,7 +2,7 @@
 # # Write your own machine file
 #
 # A machine file is plain data in TOML: numbers in SI or with a unit, every field documented in [machine files](../machine-files.md). `amb-design init FOLDER` writes a commented one
-# to start from. Here is one from scratch: a spindle, a carbon tube with a steel core for the motor, on two magnetic bearings.
+# to start from. Here is one from scratch: a spindle, a carbon tube with a motor in the middle, on two magnetic bearings.
 
 # %%
 text = """
@@ -101,9 +101,14 @@ ax = ad.plots.campbell(ad.campbell(machine), limit=limit)
 
 # %%
 stronger = ad.replace(machine, {"magnets.bias_current": 4.0, "controller.kd": 25.0})
-for name, each in {"as written": machine, "more bias and damping": stronger}.items():
+for name, each in {
+    "as written": machine,
+    "more bias and damping": stronger,
+}.items():
     found = ad.sensitivity(each)
-    print(f"{name}: {ad.stability_limit(each).status}, peak sensitivity {max(p.value for p in found.peaks):.2f} at rest")
+    print(
+        f"{name}: peak sensitivity at rest {found.worst.value:.2f}, zone {found.zone}"
+    )
 
 # %% [markdown]
 # The same machine can be made of objects (`ad.Machine`, `ad.Shaft`, `ad.Magnet`, ...); `ad.save` writes any machine as a file that reads back equal.

@@ -11,14 +11,19 @@ import amb_design as ad
 
 pid = ad.load_optimum("thesis-pid-vs-lqg")
 lqg = ad.load_optimum("thesis-pid-vs-lqg", "lqg")
-print(f"the LQG weighs currents of {lqg.controller.current:.3g} A against displacements of {lqg.controller.displacement:.3g} m")
+w = lqg.controller
+print(
+    f"a current of {w.current:.3g} A weighs as much as a displacement of {w.displacement:.3g} m"
+)
 
 # %% [markdown]
 # An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets.
 
 # %%
 law = ad.synthesise(lqg).controller
-print(type(law).__name__, "with", law.law.states, "states and", law.law.ports, "inputs (complex: y + i z of each magnet)")
+print(
+    f"{type(law).__name__}: {law.law.states} states, {law.law.ports} inputs, for y + i z of each magnet"
+)
 
 # %% [markdown]
 # ## Under the same conditions
@@ -46,15 +51,21 @@ print(table)
 # %%
 speeds = ad.rpm(np.linspace(0.0, 17000.0, 86))
 machines = {"PID": pid, "LQG": lqg}
-diagrams = {name: ad.campbell(machine, speeds) for name, machine in machines.items()}
+diagrams = {
+    name: ad.campbell(machine, speeds) for name, machine in machines.items()
+}
 limits = {name: ad.stability_limit(machine) for name, machine in machines.items()}
 axes = ad.plots.campbells(diagrams, limits)
 
 # %%
-axes = ad.plots.responses({name: design.force_steps[0] for name, design in table.designs.items()})
+steps = {name: design.force_steps[0] for name, design in table.designs.items()}
+axes = ad.plots.responses(steps)
 
 # %% [markdown]
 # What observer, integral action and hardware cost against the ideal regulator of the same weights, which knows the whole state and has no amplifier:
 
 # %%
-print(f"LQG {limits['LQG'].speed_rpm:.0f} rpm, its ideal regulator {ad.stability_limit(ad.ideal(lqg)).speed_rpm:.0f} rpm")
+reference = ad.stability_limit(ad.ideal(lqg))
+print(
+    f"LQG {limits['LQG'].speed_rpm:.0f} rpm, its ideal regulator {reference.speed_rpm:.0f} rpm"
+)

@@ -35,7 +35,7 @@ KEYS = {
     "maximise": "the quantity sought, or a table with `quantity` and its options; either this or `minimise`",
     "minimise": "the same, where small values are good",
     "speed": "end of the range of speeds, where the objective is not the stability limit; rad/s",
-    "[free]": "variables by path: `[lower, upper]` or `[lower, upper, \"log\"]`",
+    "[free]": 'variables by path: `[lower, upper]` or `[lower, upper, "log"]`',
     "[ties]": "numbers that follow variables, by path: a factor for each variable, and `constant`",
     "[limits]": "bounds by quantity: a number, or a table with `limit` and the quantity's options",
     "[unbalance]": "residual unbalances by name: for each disk an amount with its sign; the machine's own if left out; kg m",

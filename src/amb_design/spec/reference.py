@@ -111,7 +111,7 @@ def _unit(f: _Field) -> str:
 
 def _meaning(f: _Field) -> str:
     options = ", ".join(f"`{word}`" for word in f.metadata.get("options", ()))
-    return f.metadata.get("doc", "") + (f": {options}" if options else "")
+    return f"{f.metadata.get('doc', '')}: {options}".removesuffix(": ")
 
 
 def _default(f: _Field) -> str:
@@ -156,7 +156,13 @@ def _option(name: str, option: Option) -> str:
     return f"{'required ' if option.default is None else ''}option `{name}`{unit}: {option.doc}"
 
 
+REFERENCES = {
+    "fields": field_reference,
+    "keys": key_reference,
+    "quantities": quantity_reference,
+    "conditions": condition_reference,
+}
+"""By the word that asks for them."""
+
 if __name__ == "__main__":
-    references = {"keys": key_reference, "quantities": quantity_reference, "conditions": condition_reference}
-    chosen = next((references[word] for word in sys.argv[1:] if word in references), field_reference)
-    print(chosen(), end="")
+    print(REFERENCES[sys.argv[1] if sys.argv[1:] else "fields"](), end="")
