@@ -68,7 +68,7 @@ def _directives(module: str, names: list[str]) -> str:
             fields = (
                 dataclasses.fields(made) if dataclasses.is_dataclass(made) else ()
             )  # told in the description already
-            told = [f"   :exclude-members: {', '.join(f.name for f in fields)}"] if fields else []
+            told = [f"   :exclude-members: {', '.join(['check', *(f.name for f in fields)])}"] if fields else []
             blocks.append("\n".join([f".. autoclass:: {name}", "   :members:", *told]))
         else:
             blocks.append(f".. autofunction:: {name}")

@@ -5,6 +5,8 @@
 # nine numbers of controller and bias. Its search takes minutes, so this page takes the stored optimum and verifies it.
 
 # %%
+import tomllib
+
 import numpy as np
 
 import amb_design as ad
@@ -17,10 +19,8 @@ designs = {
     "both": ad.load_optimum("thesis-codesign"),
 }
 for name, machine in designs.items():
-    angles = [
-        round(np.degrees(ply.angle))
-        for ply in machine.rotor.shaft.segments[0].plies
-    ]
+    plies = machine.rotor.shaft.segments[0].plies
+    angles = [round(np.degrees(ply.angle)) for ply in plies]
     print(f"{name:17s} {ad.stability_limit(machine).speed_rpm:6.0f} rpm  {angles}")
 
 # %%
@@ -33,12 +33,9 @@ ax = ad.plots.machine(designs["both"])
 # up to the speed that the optimum claims.
 
 # %%
-numbers = dict(ad.numbers(designs["both"]))
-values = {
-    v.name: numbers[ad.find(designs["both"], v.name)[0]] for v in problem.variables
-}
-end = ad.rpm(16396)  # stored with the optimum
-found = ad.audit(problem, values, end)
+file = ad.packaged()["thesis-codesign"] / "optimum.toml"
+stored = tomllib.loads(file.read_text())["optima"]["base"]
+found = ad.audit(problem, stored["values"], stored["objective"])
 bounds = {c.quantity: c for c in problem.constraints}
 for f in found.findings:
     limit = bounds[f.quantity]
@@ -46,6 +43,7 @@ for f in found.findings:
     print(f"{f.quantity:24s} {f.value:8.4g} {sense} {limit.bound:g}")
     assert f.value <= limit.bound if limit.kind.upper else f.value >= limit.bound
 reach = found.stability[""]  # of the machine as drawn
+print(f"all of this up to {stored['objective'] / ad.rpm(1):.0f} rpm,")
 print(f"stable up to {reach.speed_rpm:.0f} rpm, certified: {reach.certified}")
 
 # %% [markdown]

@@ -28,10 +28,8 @@ print(f"{design.status}: {design.end / ad.rpm(1):.0f} rpm within all limits")
 
 # %%
 for row in design.limits:
-    sense = "<=" if row.upper else ">="
-    print(
-        f"{row.quantity:24s} {row.value:8.4g} {sense} {row.bound:<6g} {'active' if row.active else ''}"
-    )
+    sense, active = "<=" if row.upper else ">=", "active" if row.active else ""
+    print(f"{row.quantity:24s} {row.value:8.4g} {sense} {row.bound:<6g} {active}")
 
 # %%
 start = ad.load("thesis-tuned")

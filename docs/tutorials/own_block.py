@@ -83,26 +83,19 @@ lower, upper = np.array(loop.lower), np.array(loop.upper)
 opti = ca.Opti()
 x, least = opti.variable(loop.np), opti.variable()
 p = lower * (upper / lower) ** x
-design = ad.replace(
-    led, dict(zip(loop.names, ca.vertsplit(p), strict=True))
-)  # a machine that holds symbols
+values = dict(zip(loop.names, ca.vertsplit(p), strict=True))
+design = ad.replace(led, values)  # a machine that holds symbols
 magnet, chain = design.magnets[0], design.controller
-gain = (
-    chain.sensor_gain * chain.amplifier.gain
-)  # of law and notches it is one at rest
+gain = chain.sensor_gain * chain.amplifier.gain  # lead and notch have one at rest
 static = current_stiffness(magnet) * gain - negative_stiffness(magnet)
 
 speeds = ad.rpm(np.array([0.0, 4000.0, 8000.0]))
+peaks = loop.sensitivity_peaks(p, speeds, up_to=2 * np.pi * 10e3)
 opti.minimize(-100.0 * least)
 opti.subject_to(opti.bounded(0.0, x, 1.0))
 opti.subject_to(loop.growth_rates(p, speeds, modes=3) <= 0.0)
 opti.subject_to(loop.damping_ratios(p, speeds, window=(6.3, 3000.0)) >= least)
-opti.subject_to(
-    ad.resonance_limit(
-        loop.sensitivity_peaks(p, speeds, up_to=2 * np.pi * 10e3), 3.0
-    )
-    <= 0.0
-)
+opti.subject_to(ad.resonance_limit(peaks, 3.0) <= 0.0)
 opti.subject_to(static / 0.4e6 <= 1.0)  # the limit of our own
 opti.set_initial(x, np.log(loop.vector() / lower) / np.log(upper / lower))
 steps = {"hessian_approximation": "limited-memory", "tol": 1e-5, "max_iter": 80}

@@ -101,14 +101,9 @@ ax = ad.plots.campbell(ad.campbell(machine), limit=limit)
 
 # %%
 stronger = ad.replace(machine, {"magnets.bias_current": 4.0, "controller.kd": 25.0})
-for name, each in {
-    "as written": machine,
-    "more bias and damping": stronger,
-}.items():
+for each in (machine, stronger):
     found = ad.sensitivity(each)
-    print(
-        f"{name}: peak sensitivity at rest {found.worst.value:.2f}, zone {found.zone}"
-    )
+    print(f"peak sensitivity at rest: {found.worst.value:.2f}, zone {found.zone}")
 
 # %% [markdown]
 # The same machine can be made of objects (`ad.Machine`, `ad.Shaft`, `ad.Magnet`, ...); `ad.save` writes any machine as a file that reads back equal.

@@ -14,9 +14,7 @@ import numpy as np
 
 import amb_design as ad
 
-problem = ad.load_problem(
-    "thesis-pid"
-)  # lends its machine, bounds and unbalances; limits and solver are ours
+problem = ad.load_problem("thesis-pid")  # lends machine, bounds and unbalances
 loop = ad.closed_loop(problem.machine, problem.free)
 lower, upper, start = np.array(loop.lower), np.array(loop.upper), loop.vector()
 
@@ -32,9 +30,9 @@ p = lower * (upper / lower) ** x  # gains and corner frequencies span decades
 end = level * problem.top_speed
 speeds = end * np.linspace(0.0, 1.0, 7)
 peaks = loop.sensitivity_peaks(p, speeds, up_to=2 * np.pi * 10e3)
-ratios = loop.unbalance(
-    p, end, [q.amounts for q in problem.patterns], "control_current_ratio", peaks=3
-)
+patterns = [q.amounts for q in problem.patterns]
+ratios = loop.unbalance(p, end, patterns, "control_current_ratio", peaks=3)
+damping = loop.damping_ratios(p, speeds, window=(6.3, 12566.0))
 
 # %% [markdown]
 # Limits are written on lists, the worst few modes or peaks, since the worst one alone has kinks where two change places. `ad.resonance_limit` writes a limit on a resonance peak as
@@ -45,12 +43,8 @@ opti.minimize(-level)
 opti.subject_to(opti.bounded(0.0, x, 1.0))
 opti.subject_to(opti.bounded(0.02, level, 1.0))
 opti.subject_to(loop.growth_rates(p, speeds) / 10.0 <= 0.0)
-opti.subject_to(
-    loop.damping_ratios(p, speeds, window=(6.3, 12566.0)) / 0.002 >= 1.0
-)
-opti.subject_to(
-    ad.resonance_limit(peaks, 3.0) <= 0.0
-)  # 1 - 3/peak: peaks grow like one over the damping
+opti.subject_to(damping / 0.002 >= 1.0)
+opti.subject_to(ad.resonance_limit(peaks, 3.0) <= 0.0)
 opti.subject_to(ad.resonance_limit(ratios, 0.5) <= 0.0)
 opti.set_initial(x, np.log(start / lower) / np.log(upper / lower))
 opti.set_initial(level, 0.3)

@@ -17,13 +17,12 @@ print(
 )
 
 # %% [markdown]
-# An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets.
+# An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets, here with
+# complex states, for y + i z.
 
 # %%
 law = ad.synthesise(lqg).controller
-print(
-    f"{type(law).__name__}: {law.law.states} states, {law.law.ports} inputs, for y + i z of each magnet"
-)
+print(f"{type(law).__name__}: {law.law.states} states, {law.law.ports} inputs")
 
 # %% [markdown]
 # ## Under the same conditions
@@ -51,10 +50,8 @@ print(table)
 # %%
 speeds = ad.rpm(np.linspace(0.0, 17000.0, 86))
 machines = {"PID": pid, "LQG": lqg}
-diagrams = {
-    name: ad.campbell(machine, speeds) for name, machine in machines.items()
-}
-limits = {name: ad.stability_limit(machine) for name, machine in machines.items()}
+diagrams = {name: ad.campbell(m, speeds) for name, m in machines.items()}
+limits = {name: ad.stability_limit(m) for name, m in machines.items()}
 axes = ad.plots.campbells(diagrams, limits)
 
 # %%
@@ -65,7 +62,6 @@ axes = ad.plots.responses(steps)
 # What observer, integral action and hardware cost against the ideal regulator of the same weights, which knows the whole state and has no amplifier:
 
 # %%
-reference = ad.stability_limit(ad.ideal(lqg))
-print(
-    f"LQG {limits['LQG'].speed_rpm:.0f} rpm, its ideal regulator {reference.speed_rpm:.0f} rpm"
-)
+limits["ideal"] = ad.stability_limit(ad.ideal(lqg))
+for name, limit in limits.items():
+    print(f"{name:6s} {limit.speed_rpm:6.0f} rpm")

@@ -34,13 +34,10 @@ for path in sorted(effect, key=lambda p: -abs(effect[p]))[:12]:
 
 # %%
 step = 0.001 * machine.controller.kd
-changed = ad.stability_limit(
-    ad.replace(machine, {"controller.kd": machine.controller.kd + step})
-)
+damped = ad.replace(machine, {"controller.kd": machine.controller.kd + step})
+computed = ad.stability_limit(damped).speed
 predicted = limit.speed + gradient["controller.kd"] * step
-print(
-    f"before {limit.speed:.4f}, predicted {predicted:.4f}, computed {changed.speed:.4f} rad/s"
-)
+print(f"from {limit.speed:.4f} to {predicted:.4f}; computed {computed:.4f} rad/s")
 
 # %% [markdown]
 # ## Ply by ply
@@ -52,9 +49,7 @@ import matplotlib.pyplot as plt
 
 plies = list(ad.find(machine, "plies.angle"))
 fig, ax = plt.subplots(figsize=(6.3, 2.4))
-ax.bar(
-    range(len(plies)), [np.radians(1.0) * gradient[p] * 30.0 / np.pi for p in plies]
-)
+ax.bar(range(len(plies)), [gradient[p] * np.radians(1) / ad.rpm(1) for p in plies])
 ax.set_xticks(range(len(plies)), [f"{np.degrees(numbers[p]):.0f}°" for p in plies])
 ax.set_xlabel("ply angle, from the inside out")
 ax.set_ylabel("rpm per degree")
