@@ -1,5 +1,6 @@
 """Settings of the documentation site; `make docs` builds it."""
 
+import logging
 import os
 import sys
 from pathlib import Path
@@ -7,7 +8,9 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_extensions"))
 os.environ["MATPLOTLIBRC"] = str(HERE / "matplotlibrc")  # kernels inherit it
+os.environ["JUPYTER_PATH"] = str(HERE / "_extensions" / "jupyter")
 os.environ["NO_COLOR"] = "1"
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 
 import amb_design  # noqa: E402
 
@@ -20,6 +23,7 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "site_notebooks",
     "site_pages",
     "site_tables",
     "site_api",

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import jupytext
+from docutils import nodes
 from nbformat import NotebookNode
+from sphinx.application import Sphinx
 
-KERNEL = {"name": "python3", "display_name": "Python 3", "language": "python"}
+KERNEL = {"name": "site", "display_name": "Python 3", "language": "python"}
+"""Python itself, less talkative: see jupyter/kernels beside this file."""
 
 
 def read(text: str) -> NotebookNode:
@@ -24,3 +27,25 @@ def read(text: str) -> NotebookNode:
     notebook.metadata["kernelspec"] = KERNEL
     notebook.metadata["language_info"] = {"name": "python"}
     return notebook
+
+
+def describe(app: Sphinx, doctree: nodes.document) -> None:
+    """Say to those who cannot see a figure what it belongs to.
+
+    Parameters
+    ----------
+    app : Sphinx
+    doctree : document
+    """
+    for image in doctree.findall(nodes.image):
+        section = image.parent
+        while section is not None and not isinstance(section, nodes.section):
+            section = section.parent
+        if section is not None and not image.get("alt"):
+            image["alt"] = f"Figure: {section[0].astext()}"
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect with Sphinx."""
+    app.connect("doctree-read", describe)
+    return {"parallel_read_safe": True}

@@ -16,6 +16,7 @@ import amb_design as ad
 from amb_design.spec.comparison import BaseShock, Conditions, ForceStep
 from amb_design.spec.comparison_files import COMPARISON_FILE
 from amb_design.spec.fields import Spec
+from amb_design.spec.files import controlled
 from amb_design.spec.problem_files import KEYS, loads_problem
 from amb_design.spec.quantities import QUANTITIES
 from amb_design.spec.reference import (
@@ -127,6 +128,16 @@ def test_comparison_page(tmp_path, capsys):
     (code,) = blocks(text, "python")
     exec(compile(code, "comparison.md", "exec"), {})
     assert "stability limit speed, certified" in capsys.readouterr().out
+
+
+def test_controller_example_is_stable():
+    """The law of the page on the rotor that the page speaks of, behind the hardware that it writes down."""
+    (text,) = blocks((ROOT / "docs" / "controllers.md").read_text(encoding="utf-8"), "toml")
+    machine = ad.load("thesis-tuned")
+    designed = controlled(machine, tomllib.loads(text)["controller"])
+    assert isinstance(designed.controller, ad.LQG)
+    assert ad.synthesise(designed).controller.law.states == 26
+    assert ad.stability_limit(designed).speed > ad.rpm(14000)
 
 
 def test_proof_example_runs(tmp_path, monkeypatch):
