@@ -1,4 +1,5 @@
 # make demo: set up .venv, design a PID for the thesis rotor, and set it beside observers.  make test: set up .venv and run the tests.
+# make docs: set up .venv, run the tutorials and build the site in docs/_build/html.  make notebooks: the tutorials as notebooks.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +8,7 @@ BIN := $(VENV)/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test lint types check clean
+.PHONY: demo test lint types docs notebooks check clean
 
 demo: $(VENV)/ready
 	$(BIN)/amb-design optimise thesis-pid --starts 4 --out demo
@@ -24,7 +25,17 @@ lint: $(VENV)/ready
 types: $(VENV)/ready
 	$(BIN)/mypy
 
-check: lint types test
+docs: $(VENV)/docs
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html is built"
+
+notebooks: $(VENV)/docs
+	@mkdir -p docs/notebooks
+	for tutorial in docs/tutorials/*.py; do \
+	  $(BIN)/jupytext --quiet --to ipynb --set-kernel python3 --output docs/notebooks/$$(basename $$tutorial .py).ipynb $$tutorial || exit 1; \
+	done
+
+check: lint types test docs
 
 $(VENV)/ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
@@ -33,5 +44,9 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test]"
 	touch $@
 
+$(VENV)/docs: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[docs]"
+	touch $@
+
 clean:
-	rm -rf $(VENV) demo build dist
+	rm -rf $(VENV) demo build dist docs/_build docs/generated docs/notebooks

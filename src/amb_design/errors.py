@@ -41,14 +41,25 @@ class SpecError(AmbDesignError, ValueError):
         return " ".join(text.splitlines())  # one line, whatever the user's names contain
 
     def inside(self, prefix: str) -> SpecError:
-        """The same error seen from an object that holds the failing one under `prefix`."""
+        """The same error seen from an object that holds the failing one.
+
+        Parameters
+        ----------
+        prefix : str
+            Field or index under which it holds it, such as ``"disks[2]"``.
+        """
         joint = "" if not prefix or not self.field or self.field.startswith("[") else "."
         return SpecError(
             self.problem, field=f"{prefix}{joint}{self.field}", got=self.got, remedy=self.remedy, file=self.file
         )
 
     def in_file(self, file: str) -> SpecError:
-        """The same error with the name of the file that it was found in."""
+        """The same error with the name of the file that it was found in.
+
+        Parameters
+        ----------
+        file : str
+        """
         return SpecError(self.problem, field=self.field, got=self.got, remedy=self.remedy, file=file)
 
 

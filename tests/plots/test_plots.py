@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -496,3 +497,20 @@ def test_spread_keeps_places_apart() -> None:
     assert spread([1.0, 1.5, 9.0], 2.0, 0.0, 10.0) == [1.0, 3.0, 9.0]
     assert spread([9.0, 9.5], 2.0, 0.0, 10.0) == [8.0, 10.0]
     assert spread([-3.0], 2.0, 0.0, 10.0) == [0.0]
+
+
+def test_a_drawing_leaves_the_window_system_as_it_finds_it(tmp_path) -> None:
+    """One that makes pyplot interactive when it loads, as notebooks do, would otherwise show the first drawing only."""
+    (tmp_path / "window.py").write_text(
+        "import matplotlib\nfrom matplotlib.backends.backend_agg import *\nmatplotlib.interactive(True)\n"
+    )
+    program = (
+        "import amb_design as ad, matplotlib as mpl; ad.plots.machine(ad.load('jeffcott')); print(mpl.is_interactive())"
+    )
+    environment = {
+        **os.environ,
+        "MPLBACKEND": "module://window",
+        "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+    }
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True)
+    assert done.stdout == "True\n"

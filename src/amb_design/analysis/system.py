@@ -127,7 +127,13 @@ class System:
         return dense(self.plant.M)
 
     def matrix(self, speed: float) -> Array:
-        """A0 + speed A1."""
+        """A0 + speed A1.
+
+        Parameters
+        ----------
+        speed : float
+            Spin speed [rad/s].
+        """
         return np.asarray(self.A0 + speed * self.A1)
 
     @cached_property

@@ -27,14 +27,18 @@ class Parametric:
 
     Attributes
     ----------
-    machine : the numeric machine
+    machine : Machine
+        With numbers.
     names : tuple of str
         Names of the parameters, in the order of the vector p.
-    members : for each parameter, the full paths of the numbers that it sets
-    p : CasADi SX column of the parameters
+    members : tuple of tuple of str
+        For each parameter, the full paths of the numbers that it sets.
+    p : casadi.SX
+        Column of the parameters.
     nominal : tuple of float
         The parameters' values in `machine`.
-    symbolic : the machine in terms of p
+    symbolic : Machine
+        In terms of p.
     plant : Structure
         In terms of p; so is `pencil`.
     """

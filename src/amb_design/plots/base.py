@@ -96,6 +96,7 @@ def page(height: float, width: float = WIDTH) -> Iterator[Figure]:
     """A new figure that pyplot knows, so that notebooks and ``plt.show`` display it."""
     import matplotlib.pyplot as plt  # chooses a window system: only when a figure is really wanted
 
+    plt.draw_if_interactive()  # type: ignore[no-untyped-call]  # loads the window system, whose settings style() would undo
     with style():
         figure = plt.figure(figsize=(width, height), layout="constrained")
         figure.set_gid(OURS)

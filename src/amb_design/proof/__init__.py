@@ -1,0 +1,1 @@
+"""Certificates of stability, and a checker that needs nothing of the rest."""

@@ -73,7 +73,7 @@ class Proof:
 
         Raises
         ------
-        ProofError
+        amb_design.proof.checker.ProofError
             If one does not hold.
         """
         return check(read(json.dumps(self.certificate)), self.matrices)

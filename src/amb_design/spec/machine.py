@@ -67,7 +67,12 @@ class Machine(Spec):
                 yield f"{name}[{i}].position", item.position
 
     def controllers_of(self, magnet: Magnet) -> tuple[Controller | None, Controller | None]:
-        """Controllers of the magnet's first and second axis (the same object where they are equal)."""
+        """Controllers of the magnet's first and second axis (the same object where they are equal).
+
+        Parameters
+        ----------
+        magnet : Magnet
+        """
         first = magnet.controller or self.controller
         second = magnet.controller_z or (magnet.controller or self.controller_z or first)
         return first, second
@@ -190,7 +195,12 @@ class Machine(Spec):
             )
 
     def sensor_position(self, magnet: Magnet) -> Number:
-        """Station [m] of the sensor that closes the loop of `magnet`."""
+        """Station [m] of the sensor that closes the loop of a magnet.
+
+        Parameters
+        ----------
+        magnet : Magnet
+        """
         for sensor in self.sensors:
             if sensor.name == magnet.sensor:
                 return sensor.position

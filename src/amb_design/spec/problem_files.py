@@ -1,17 +1,7 @@
 """Problem files: a machine, what is free in it, what is sought, and which limits hold.
 
 A problem file is TOML data; nothing in it is executed. Numbers are SI, or strings with a unit. Paths into the machine are
-keys in quotes and may be short. A file has
-
-- ``format``, ``name`` and a table ``[source]`` of texts, all mandatory, and perhaps a ``question``;
-- ``machine`` and ``machine_variant``: where the design starts; the ``machine.toml`` beside the file if left out;
-- ``[controller]``: another controller than the machine's; sensor gain, low-pass, delay and amplifier that it leaves out are those
-  of the machine's own;
-- ``[changes]``: numbers of the machine that are replaced before the design starts;
-- ``maximise`` or ``minimise``: a quantity, or a table with ``quantity`` and its options; ``speed`` ends the range of speeds;
-- ``[free]``: bounds by path; ``[ties]``: numbers that follow free ones;
-- ``[limits]``: bounds by quantity; ``[unbalance]``: residual unbalances; ``[scenarios.NAME]``: factors by path;
-- ``[variants.NAME]``: the same problem with changes, as in machine files.
+keys in quotes and may be short. `KEYS` says what a file has.
 
 Whatever is wrong with a file is reported as a SpecError of one sentence.
 """
@@ -25,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from ..errors import SpecError
-from .files import PROBLEM_FILE, START, locate, start_machine
+from .files import PROBLEM_FILE, locate, start_machine
 from .machine import Machine
 from .paths import find, metadata
 from .problem import DesignProblem
@@ -33,10 +23,28 @@ from .quantities import QUANTITIES
 from .tables import as_table, by_path, closest, inside, quoted, si_number, texts
 from .toml import Tables, read, read_variants, text_of
 
-KEYS = (
-    *("format", "name", "question", "source", *START, "maximise", "minimise", "speed"),
-    *("free", "ties", "limits", "unbalance", "scenarios", "variants"),
-)
+KEYS = {
+    "format": '`"amb_design/1"`; required',
+    "name": "for tables and reports; required",
+    "question": "what the problem asks, in a sentence",
+    "[source]": "texts that say where limits and bounds come from, such as `title` and `assumed`; required",
+    "machine": "where the design starts: a packaged name, a file or a folder; the `machine.toml` beside the file if left out",
+    "machine_variant": "a variant of that file",
+    "[controller]": "another controller than the machine's; sensor gain, low-pass, delay and amplifier that it leaves out are the machine's own",
+    "[changes]": "numbers of the machine, by path, that are replaced before the design starts",
+    "maximise": "the quantity sought, or a table with `quantity` and its options; either this or `minimise`",
+    "minimise": "the same, where small values are good",
+    "speed": "end of the range of speeds, where the objective is not the stability limit; rad/s",
+    "[free]": 'variables by path: `[lower, upper]` or `[lower, upper, "log"]`',
+    "[ties]": "numbers that follow variables, by path: a factor for each variable, and `constant`",
+    "[limits]": "bounds by quantity: a number, or a table with `limit` and the quantity's options",
+    "[unbalance]": "residual unbalances by name: for each disk an amount with its sign; the machine's own if left out; kg m",
+    "[scenarios.NAME]": "factors by path, and `unbalance` for the residual unbalance; all limits hold for this machine too",
+    "[variants.NAME]": "the same problem with changes: tables merge, other values replace, `false` removes",
+}
+"""What may stand in a problem file, tables in brackets."""
+
+_KNOWN = tuple(key.strip("[]").removesuffix(".NAME") for key in KEYS)
 
 OPTIMUM_FILE = "optimum.toml"
 OPTIMUM_FORMAT = "amb_design/optimum/1"
@@ -184,8 +192,8 @@ def _problem(tables: Tables, folder: str | os.PathLike[str] | None) -> DesignPro
     if "rotor" in tables:
         raise SpecError("describes a machine, not a design problem", remedy=f"write a {PROBLEM_FILE} beside it")
     for key, raw in tables.items():
-        if key not in KEYS:
-            raise SpecError("is an unknown key", field=quoted(key), got=raw, remedy=closest(key, KEYS))
+        if key not in _KNOWN:
+            raise SpecError("is an unknown key", field=quoted(key), got=raw, remedy=closest(key, _KNOWN))
     for key, remedy in (
         ("name", "give the problem a name"),
         ("source", "say where limits and bounds come from: [source] with title = '...'"),

@@ -1,13 +1,14 @@
 """The fields of a machine file and the quantities of a problem file as Markdown tables, from the specification itself.
 
-``python -m amb_design.spec.reference`` prints the tables that docs/machine-files.md holds, with the argument ``quantities``
-the one of docs/problem-files.md, with ``conditions`` those of docs/comparison.md.
+``python -m amb_design.spec.reference`` prints all fields of a machine file, with the argument ``keys`` the keys of a problem file,
+with ``quantities`` what it may limit and seek, with ``conditions`` those of a comparison. The site is built from the same tables.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import sys
+from typing import Any, TypeAlias
 
 from .bearing import Bearing, Pin
 from .comparison import BaseShock, Conditions, ForceStep
@@ -17,14 +18,17 @@ from .fields import Spec
 from .machine import Machine, Operation, Sensor
 from .magnet import Magnet
 from .material import Isotropic, Orthotropic
+from .problem_files import KEYS
 from .quantities import QUANTITIES, Option
-from .shaft import Segment, Shaft
+from .shaft import Ply, Segment, Shaft
+from .tables import ALIASES, LAYUP
 
 TABLES: dict[str, type[Spec]] = {
     "the file itself": Machine,
     "[operation]": Operation,
     "[materials.NAME], isotropic": Isotropic,
     "[materials.NAME], orthotropic": Orthotropic,
+    "[layups.NAME], from the inside out": Ply,
     "[rotor.shaft]": Shaft,
     "[[rotor.shaft.segments]]": Segment,
     "[[rotor.disks]]": Disk,
@@ -69,22 +73,65 @@ def condition_reference() -> str:
 
 
 def _table(heading: str, kind: type[Spec]) -> str:
-    rows = [f"### {heading}", "", "| field | unit | default | meaning |", "|---|---|---|---|"]
-    for f in dataclasses.fields(kind):
-        unit = f.metadata.get("unit")
-        meaning = f.metadata.get("doc", "")
-        if "options" in f.metadata:
-            meaning += ": " + ", ".join(f.metadata["options"])
-        rows.append(f"| `{f.name}` | {'' if unit is None else unit or '1'} | {_default(f)} | {meaning} |")
+    rows = [f"### {heading}", "", "| field | unit | range | default | meaning |", "|---|---|---|---|---|"]
+    written = {field: key for key, field in (LAYUP if kind is Ply else {}).items()}
+    written |= {field: key for key, field in ALIASES.get(kind, {}).items()}
+    for name, unit, values, default, meaning in field_rows(kind):
+        rows.append(f"| `{written.get(name, name)}` | {unit} | {values} | {default} | {meaning} |")
     return "\n".join([*rows, ""])
 
 
-def _default(f: dataclasses.Field) -> str:  # type: ignore[type-arg]
+def field_rows(kind: type[Spec]) -> list[tuple[str, str, str, str, str]]:
+    """What each field of a specification class declares.
+
+    Parameters
+    ----------
+    kind : type
+
+    Returns
+    -------
+    list of tuple of str
+        Name, unit ("1" for pure numbers, empty for what is no number), admissible values, default, meaning.
+    """
+    return [
+        (f.name, _unit(f), _RANGES.get(f.metadata.get("domain", ""), ""), _default(f), _meaning(f))
+        for f in dataclasses.fields(kind)
+    ]
+
+
+_RANGES = {"positive": "> 0", "nonnegative": ">= 0"}
+
+_Field: TypeAlias = "dataclasses.Field[Any]"
+
+
+def _unit(f: _Field) -> str:
+    unit = f.metadata.get("unit")
+    return "" if unit is None else unit or "1"
+
+
+def _meaning(f: _Field) -> str:
+    options = ", ".join(f"`{word}`" for word in f.metadata.get("options", ()))
+    return f"{f.metadata.get('doc', '')}: {options}".removesuffix(": ")
+
+
+def _default(f: _Field) -> str:
     if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING:
         return "required"
     if f.default in (None, "", ()) or f.default is dataclasses.MISSING:
         return ""
+    if isinstance(f.default, bool):
+        return str(f.default).lower()
     return f"{f.default:.6g}" if isinstance(f.default, float) else str(f.default)
+
+
+def key_reference() -> str:
+    """Markdown table of the keys of a problem file.
+
+    Returns
+    -------
+    str
+    """
+    return "\n".join(["| key | meaning |", "|---|---|", *(f"| `{key}` | {doc} |" for key, doc in KEYS.items()), ""])
 
 
 def quantity_reference() -> str:
@@ -109,7 +156,13 @@ def _option(name: str, option: Option) -> str:
     return f"{'required ' if option.default is None else ''}option `{name}`{unit}: {option.doc}"
 
 
+REFERENCES = {
+    "fields": field_reference,
+    "keys": key_reference,
+    "quantities": quantity_reference,
+    "conditions": condition_reference,
+}
+"""By the word that asks for them."""
+
 if __name__ == "__main__":
-    references = {"quantities": quantity_reference, "conditions": condition_reference}
-    chosen = next((references[word] for word in sys.argv[1:] if word in references), field_reference)
-    print(chosen(), end="")
+    print(REFERENCES[sys.argv[1] if sys.argv[1:] else "fields"](), end="")

@@ -171,9 +171,19 @@ class Shaft(Spec):
         return total
 
     def viscous_damping_of(self, segment: Segment) -> Number:
-        """eta_v [s] of a segment of this shaft."""
+        """eta_v [s] of a segment of this shaft.
+
+        Parameters
+        ----------
+        segment : Segment
+        """
         return self.viscous_damping if segment.viscous_damping is None else segment.viscous_damping
 
     def hysteretic_damping_of(self, segment: Segment) -> Number:
-        """eta_h [-] of a segment of this shaft."""
+        """eta_h [-] of a segment of this shaft.
+
+        Parameters
+        ----------
+        segment : Segment
+        """
         return self.hysteretic_damping if segment.hysteretic_damping is None else segment.hysteretic_damping

@@ -26,8 +26,8 @@ from .shaft import Ply, Segment
 
 S = TypeVar("S", bound=Spec)
 
-_LAYUP = {"material": "material", "angles": "angle", "thickness": "thickness"}  # key of a layup: field of a ply
-_ALIASES: dict[type, dict[str, str]] = {Segment: {"layup": "plies"}}  # key in a file: field that it fills
+LAYUP = {"material": "material", "angles": "angle", "thickness": "thickness"}  # key of a layup: field of a ply
+ALIASES: dict[type, dict[str, str]] = {Segment: {"layup": "plies"}}  # key in a file: field that it fills
 
 
 def machine_of(tables: dict[str, Any]) -> Machine:
@@ -124,7 +124,7 @@ class _Names:
         """An object of class `cls` from its table; `extra` are further keys that are known in its place, `given` fields that
         are known already."""
         fields = {f.name: f for f in dataclasses.fields(cls)}
-        aliases = _ALIASES.get(cls, {})
+        aliases = ALIASES.get(cls, {})
         values: dict[str, Any] = dict(given or {})
         for key, raw in as_table(table).items():
             name = aliases.get(key, key)
@@ -180,29 +180,29 @@ class _Names:
 
     def layup(self, table: dict[str, Any]) -> tuple[Ply, ...]:
         for key in table:
-            if key not in _LAYUP:
-                raise SpecError("is an unknown key", field=quoted(key), remedy=closest(key, _LAYUP))
-        for key in _LAYUP:
+            if key not in LAYUP:
+                raise SpecError("is an unknown key", field=quoted(key), remedy=closest(key, LAYUP))
+        for key in LAYUP:
             if key not in table:
-                raise SpecError("is missing", field=key, remedy=f"a layup needs {', '.join(_LAYUP)}")
+                raise SpecError("is missing", field=key, remedy=f"a layup needs {', '.join(LAYUP)}")
         angles = table["angles"]
         if not isinstance(angles, list) or not angles:
             remedy = "give the angle of each ply: [0, '90 deg']"
             raise SpecError("must be a list", field="angles", got=angles, remedy=remedy)
-        for key in _LAYUP:
+        for key in LAYUP:
             if isinstance(table[key], list) and len(table[key]) != len(angles):
                 problem = f"has {len(table[key])} entries for {len(angles)} angles"
                 raise SpecError(problem, field=key, remedy="give one for all plies, or one for each angle")
         return tuple(self.ply(table, i) for i in range(len(angles)))
 
     def ply(self, table: dict[str, Any], i: int) -> Ply:
-        each = {key: isinstance(table[key], list) for key in _LAYUP}
+        each = {key: isinstance(table[key], list) for key in LAYUP}
         try:
-            values = {_LAYUP[key]: table[key][i] if many else table[key] for key, many in each.items()}
+            values = {LAYUP[key]: table[key][i] if many else table[key] for key, many in each.items()}
             ply: Ply = self.spec(Ply, values)
             return ply
         except SpecError as error:  # found in a ply, but written in a list of the layup
-            where = {_LAYUP[key]: f"{key}[{i}]" if many else key for key, many in each.items()}
+            where = {LAYUP[key]: f"{key}[{i}]" if many else key for key, many in each.items()}
             field = where.get(error.field, error.field)
             raise SpecError(error.problem, field=field, got=error.got, remedy=error.remedy) from None
 
@@ -331,7 +331,7 @@ class _Writer:
 
     def layup(self, plies: tuple[Ply, ...]) -> dict[str, Any]:
         rows = [self.table(ply) for ply in plies]
-        columns = {key: [row[name] for row in rows] for key, name in _LAYUP.items()}
+        columns = {key: [row[name] for row in rows] for key, name in LAYUP.items()}
         return {k: c[0] if k != "angles" and all(x == c[0] for x in c) else c for k, c in columns.items()}
 
 

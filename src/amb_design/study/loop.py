@@ -30,6 +30,20 @@ class ClosedLoop(Parametric):
 
     Attributes
     ----------
+    machine : Machine
+        With numbers.
+    names : tuple of str
+        Names of the parameters, in the order of the vector p.
+    members : tuple of tuple of str
+        For each parameter, the full paths of the numbers that it sets.
+    p : casadi.SX
+        Column of the parameters.
+    nominal : tuple of float
+        The parameters' values in `machine`.
+    symbolic : Machine
+        In terms of p.
+    plant : Structure
+        Matrices of rotor and controllers, in terms of p.
     bounds : dict of str to (float, float)
         As they were given, by parameter.
     modes : int or None

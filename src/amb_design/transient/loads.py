@@ -78,7 +78,13 @@ class BaseMotion:
                 )
 
     def at(self, start: float, stop: float) -> tuple[float, float, float, float]:
-        """Accelerations in y and z at the start of an interval between two entries, and their slopes."""
+        """Accelerations in y and z at the start of an interval between two entries [m/s^2], and their slopes [m/s^3].
+
+        Parameters
+        ----------
+        start, stop : float
+            The interval [s].
+        """
         if start < self.times[0] or stop > self.times[-1]:
             return 0.0, 0.0, 0.0, 0.0
         values = [np.interp([start, stop], self.times, v) if len(v) else np.zeros(2) for v in (self.y, self.z)]

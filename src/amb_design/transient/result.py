@@ -123,6 +123,11 @@ class Transient:
     def at(self, position: float) -> Array:
         """Displacements v and w at any place of the shaft [m], shape (m, 2).
 
+        Parameters
+        ----------
+        position : float
+            Distance from the left shaft end [m].
+
         Raises
         ------
         ModelError
@@ -131,11 +136,23 @@ class Transient:
         return np.asarray(self.coordinates @ interpolated(self.positions, self.shapes, position).T)
 
     def velocity(self, position: float) -> Array:
-        """Velocities at any place of the shaft [m/s], shape (m, 2)."""
+        """Velocities at any place of the shaft [m/s], shape (m, 2).
+
+        Parameters
+        ----------
+        position : float
+            As in `at`.
+        """
         return np.asarray(self.rates @ interpolated(self.positions, self.shapes, position).T)
 
     def radius(self, position: float) -> Array:
-        """Distance of the shaft from the centre at any place [m], shape (m,)."""
+        """Distance of the shaft from the centre at any place [m], shape (m,).
+
+        Parameters
+        ----------
+        position : float
+            As in `at`.
+        """
         return np.asarray(np.hypot(*self.at(position).T))
 
     @property
@@ -181,7 +198,13 @@ class Transient:
         return Envelope(np.array([self.speeds[g].mean() for g in groups]), radius[highest], self.times[highest])
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file, ``.npz``, that `load_transient` reads."""
+        """Write to a file that `load_transient` reads.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write, ``.npz``; an existing one is replaced.
+        """
         arrays: dict[str, Any] = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
         arrays |= {f"work_{k}": v for k, v in self.works.items()} | self.final.arrays()
         arrays["saturations"] = np.array(
