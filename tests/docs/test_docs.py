@@ -140,13 +140,16 @@ def test_proof_example_runs(tmp_path, monkeypatch):
     assert (tmp_path / "proof.json").stat().st_size < 1000
 
 
-def test_simulation_example_runs(tmp_path, monkeypatch):
+def test_simulation_examples_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (block,) = blocks((ROOT / "docs" / "simulation.md").read_text(encoding="utf-8"), "python")
     names = {}
     with mpl.rc_context({"backend": "agg"}):
-        exec(compile(block, "simulation.md", "exec"), names)
-    assert len(list(tmp_path.glob("*.png"))) == 4
+        for block in blocks((ROOT / "docs" / "simulation.md").read_text(encoding="utf-8"), "python"):
+            exec(compile(block, "simulation.md", "exec"), names)
+    assert len(list(tmp_path.glob("*.png"))) == 5
+    run = names["run"]
+    assert run.peaks["magnet radius"].max() == pytest.approx(83e-6, abs=1e-6)
+    assert max(s.share for s in run.saturations) == pytest.approx(0.32, abs=0.005)
     lift, up = names["lift"], names["up"]
     assert {s.kind for s in lift.saturations} == {"current", "contact", "clearance"}  # as the page says
     assert all(s.share < 0.02 for s in lift.saturations)

@@ -24,7 +24,10 @@ MOMENTS = 4
 """Number of powers of time in the integrals of velocities."""
 
 LARGE = 600
-"""Size of z beyond which only the steps that are asked for are kept, lest they fill the memory."""
+"""Size of z beyond which not all rungs are kept, lest they fill the memory."""
+
+SPARSE = 4
+"""Then one of as many is, and those that are asked for."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,9 @@ class Ladder:
             return self._rungs[h]
         if self._norm * h < SMALL:
             return self._short(h)
-        half = self._made(h / 2.0) if self.size > LARGE else self.at(h / 2.0)
-        return self._double(half, h / 2.0)
+        doublings = int(math.log2(h / 2.0 * self._norm / SMALL))
+        keep = self.size <= LARGE or doublings % SPARSE == 0
+        return self._double(self.at(h / 2.0) if keep else self._made(h / 2.0), h / 2.0)
 
     def _short(self, h: float) -> Rung:
         n, b = self.states, self.inputs

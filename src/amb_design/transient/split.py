@@ -56,29 +56,18 @@ class Split:
 
     def __init__(self, equations: Equations, varying: bool):
         e = self.equations = equations
-        n, axes, known = e.plant.size, len(e.actuators), e.quantities.any(axis=1)
-        *quantities, held, speed = (ca.SX.sym(f"i{k}", e.magnets.size1_in(k)) for k in range(e.magnets.n_in()))
-        state = ca.vertcat(*quantities)
-        parts = ca.vertsplit(
-            state * ca.DM(known.astype(float)), np.cumsum([0, *(q.shape[0] for q in quantities)]).tolist()
-        )
-        force, touch, rates, current, change, flags = e.magnets(*parts, held if e.sampled else 0.0 * held, speed)
-        answers, given = ca.vertcat(force, touch, rates), ca.vertcat(held, speed)
-        slope = ca.jacobian(ca.vertcat(answers, current, change), state)
-        slope = ca.substitute(slope, given, ca.DM.zeros(given.shape[0]))
-        steep = np.array(ca.Function("slope", [state], [slope])(np.zeros(state.shape[0])).full())
-        follow = np.zeros_like(steep)  # a command at rest and what a rad/s adds to it count alike
-        follow[:, 3 * axes : 4 * axes] = steep[:, 2 * axes : 3 * axes]
-        both = np.array([steep, follow])
+        n, axes, places = e.plant.size, len(e.actuators), len(e.contact_places)
+        state, held, speed, answers, currents, flags = _expressions(e)
+        slopes = _slopes(e, ca.vertcat(answers, currents), state, ca.vertcat(held, speed))
         self.pull, self.current, self.change = (
-            both[:, rows] @ e.quantities
-            for rows in (slice(axes), slice(-2 * axes, -axes), slice(len(steep) - axes, None))
+            slopes[:, rows] @ e.quantities
+            for rows in (slice(axes), slice(-2 * axes, -axes), slice(slopes.shape[1] - axes, None))
         )
-        linear = both[:, : answers.shape[0]]
+        linear = slopes[:, : answers.shape[0]]
         reach = np.zeros((e.size, answers.shape[0]))
         reach[n : 2 * n, :axes] = e.plant.actuators.T
-        reach[n : 2 * n, axes : axes + touch.shape[0]] = e.contact_places.T
-        reach[2 * n + e.law :, axes + touch.shape[0] :] = np.eye(e.amplifiers)
+        reach[n : 2 * n, axes : axes + places] = e.contact_places.T
+        reach[2 * n + e.law :, axes + places :] = np.eye(e.amplifiers)
         loops = reach @ linear @ e.quantities
         loops[:, 2 * n : 2 * n + e.law] += e.law_rates
         self._linear(*loops)
@@ -99,7 +88,7 @@ class Split:
         loads = np.zeros((e.size, e.load.shape[1]))
         loads[n : 2 * n] = e.load
         self.B = np.hstack([reach[:, rows], columns, loads])
-        inside = ["magnets"] * axes + ["contact"] * touch.shape[0] + [""] * rates.shape[0]
+        inside = ["magnets"] * axes + ["contact"] * places + [""] * e.amplifiers
         outside = ["unbalance"] * 2 + ["gravity"] + ["base motion"] * 2 + ["forces"] * len(e.forces)
         names = [inside[k] for k in rows] + ["magnets"] * len(turns) + outside
         self.owners = tuple(WORKS.index(name) if name else -1 for name in names)
@@ -133,3 +122,22 @@ class Split:
             "circulation": -rate.T @ np.hstack([(p.K0 - p.K0.T) / 2.0 + speed * p.K1, np.zeros((n, len(self.A0) - n))]),
         }
         return {WORKS.index(k): (m + m.T) / 2.0 for k, m in works.items() if m.any()}
+
+
+def _expressions(e: Equations) -> tuple[Any, ...]:
+    """Quantities, held commands and speed; of these the forces, contact forces and rates of amplifiers; currents and known rates; flags."""
+    sizes = [e.magnets.size1_in(k) for k in range(e.magnets.n_in())]
+    state, held, speed = ca.SX.sym("state", sum(sizes[:5])), ca.SX.sym("held", sizes[5]), ca.SX.sym("speed")
+    known = state * ca.DM(e.quantities.any(axis=1).astype(float))
+    quantities = ca.vertsplit(known, np.cumsum([0, *sizes[:5]]).tolist())
+    *answers, current, change, flags = e.magnets(*quantities, held if e.sampled else 0.0 * held, speed)
+    return state, held, speed, ca.vertcat(*answers), ca.vertcat(current, change), flags
+
+
+def _slopes(e: Equations, answers: Any, state: Any, given: Any) -> Array:
+    """Derivatives by the quantities about the centre: at rest, and what a rad/s adds, shape (2, answers, quantities)."""
+    slope, axes = ca.substitute(ca.jacobian(answers, state), given, ca.DM.zeros(given.shape[0])), len(e.actuators)
+    steep = np.array(ca.Function("slope", [state], [slope])(np.zeros(state.shape[0])).full())
+    follows = np.zeros_like(steep)  # commands at rest and what a rad/s adds to them count alike
+    follows[:, 3 * axes : 4 * axes] = steep[:, 2 * axes : 3 * axes]
+    return np.array([steep, follows])
