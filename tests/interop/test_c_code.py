@@ -103,7 +103,7 @@ def test_controller_code_in_single_precision(machine: ad.Machine, tmp_path: Path
 def test_model_and_gradient_code(machine: ad.Machine, tmp_path: Path) -> None:
     loop = ad.closed_loop(machine, ["controller.kd", "magnets.bias_current"])
     rhs = loop.function("rhs", modes=3)
-    library = compiled(function_code([rhs], tmp_path, "rotor"), "-Wno-unused")
+    library = compiled(function_code([rhs], tmp_path, "rotor"), "-O1", "-Wno-unused")
     rng = np.random.default_rng(0)
     x = 1e-6 * rng.standard_normal(rhs.size1_in("x"))
     point = [loop.vector(), x, 300.0, 0.0, 0.0]

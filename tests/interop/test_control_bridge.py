@@ -7,7 +7,7 @@ import pytest
 
 import amb_design as ad
 from amb_design.errors import ModelError
-from amb_design.interop.control import to_ss, to_tf
+from amb_design.interop.control import from_ss, to_ss, to_tf
 from checks import within, within_absolute
 
 control = pytest.importorskip("control", reason="python-control is not installed")
@@ -59,6 +59,34 @@ def test_transfer_function(machine: ad.Machine) -> None:
     found, expected = single(1j * w), np.array([whole(1j * x)[0, 0] for x in w])
     within(np.abs(found), np.abs(expected), 1e-5, "transfer function")
     assert single.input_labels == ["current magnets[0] y"]
+
+
+def test_controllers_come_back(machine: ad.Machine) -> None:
+    back = ad.replace(machine, {"controller": from_ss(to_ss(machine, part="controller"))})
+    expected = np.linalg.eigvals(ad.system(machine, complex_form=False).matrix(SPEED))
+    found = np.linalg.eigvals(ad.system(back, complex_form=False).matrix(SPEED))
+    near = np.abs(found[:, None] - expected).min(axis=1) / np.abs(expected).max()
+    within_absolute(near, np.zeros(len(expected)), 1e-9, "eigenvalues")
+
+
+def test_a_law_of_python_control_behind_our_hardware(machine: ad.Machine) -> None:
+    """A PID with a filtered derivative, as a transfer function for each axis."""
+    ours = ad.replace(machine, {"controller.derivative_time": 1e-4, "controller.notches": ()})
+    pid, s = ours.controller, control.tf("s")
+    law = -pid.total_gain * (pid.kp + pid.ki / s + pid.kd * s / (pid.derivative_time * s + 1.0))
+    theirs = ad.replace(machine, {"controller": from_ss(law, hardware_of=pid)})
+    limits = [ad.stability_limit(m) for m in (ours, theirs)]
+    assert limits[0].status == "limit found"
+    assert limits[1].speed == pytest.approx(limits[0].speed, rel=1e-8)
+
+
+def test_foreign_controllers_that_do_not_fit(machine: ad.Machine) -> None:
+    with pytest.raises(ModelError, match=r"is sampled every 0\.001 s; give a continuous one"):
+        from_ss(control.ss(0.5, 1.0, 1.0, 0.0, dt=1e-3))
+    with pytest.raises(ModelError, match=r"sees 'velocity magnets\[0\] y', which no sensor reports"):
+        from_ss(to_ss(ad.load("tum-rig"), part="controller"))
+    with pytest.raises(ad.SpecError, match="give as many inputs as outputs"):
+        from_ss(control.ss([[-1.0]], [[1.0, 2.0]], [[1.0]], [[0.0, 0.0]]))
 
 
 def test_mistakes_are_named(machine: ad.Machine) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -69,3 +70,11 @@ def test_controller_unit_answers_sample_by_sample(fmpy: Any, machine: ad.Machine
 def test_mistakes_are_named(machine: ad.Machine, tmp_path: Path) -> None:
     with pytest.raises(ad.SpecError, match=r"is no \.fmu file"):
         controller_fmu(machine, tmp_path / "law.zip", PERIOD)
+
+
+def test_what_is_missing_is_said_at_once(machine: ad.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fmpy", None)
+    for make in (model_fmu, lambda m, file: controller_fmu(m, file, PERIOD)):
+        with pytest.raises(ad.SolveError, match="fmpy is not installed; run: pip install fmpy"):
+            make(machine, tmp_path / "unit.fmu")
+    assert not list(tmp_path.iterdir())

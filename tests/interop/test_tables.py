@@ -37,6 +37,23 @@ def test_pandas(response: ad.UnbalanceResponse) -> None:
         to_pandas(3)
 
 
+@pytest.mark.parametrize("kind", ["campbell", "sensitivity", "simulation"])
+def test_every_kind_of_result(kind: str, tmp_path: Path) -> None:
+    xarray, machine = pytest.importorskip("xarray"), ad.replace(ad.load("thesis-tuned"), {"rotor.shaft.elements": 4})
+    result, axis, along = {
+        "campbell": lambda: (ad.campbell(machine, [0.0, 100.0, 200.0]), "speeds", "eigenvalues"),
+        "sensitivity": lambda: (ad.sensitivity(machine, 100.0, [10.0, 20.0]), "frequencies", "sensitivity"),
+        "simulation": lambda: (ad.simulate(machine, 0.01, speed=100.0, modes=4), "times", "currents"),
+    }[kind]()
+    table, rows = to_xarray(result), to_pandas(result)
+    assert isinstance(table, xarray.Dataset)
+    np.testing.assert_array_equal(table[axis].values, getattr(result, axis))
+    np.testing.assert_array_equal(rows.index.to_numpy(), getattr(result, axis))
+    save_mat(result, tmp_path / "result.mat")
+    assert along in table
+    np.testing.assert_array_equal(loadmat(tmp_path / "result.mat")[along], table[along].values)
+
+
 def test_matlab(response: ad.UnbalanceResponse, tmp_path: Path) -> None:
     save_mat(response, tmp_path / "response.mat")
     found = loadmat(tmp_path / "response.mat")

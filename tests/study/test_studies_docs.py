@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import amb_design as ad
+from amb_design.model.parametric import PENCIL, STRUCTURE
+from amb_design.spec.paths import value
 
 TEXT = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
@@ -36,15 +38,22 @@ def test_other_packages(functions: dict, block: str) -> None:
     exec(compile(block, "docs/studies.md", "exec"), dict(functions))
 
 
-def test_optimisation_by_another_solver() -> None:
+@pytest.fixture(scope="module")
+def derivative() -> ad.ClosedLoop:
+    machine = ad.replace(ad.load("thesis-tuned"), {"rotor.shaft.elements": 4})
+    return ad.closed_loop(machine, {"controller.kd": (0.01, 0.05)})
+
+
+def most_damped(loop: ad.ClosedLoop) -> float:
     """The same Functions in `nlpsol`, with an exact quantity to be maximised."""
-    loop = ad.closed_loop(
-        ad.replace(ad.load("thesis-tuned"), {"rotor.shaft.elements": 4}), {"controller.kd": (0.01, 0.05)}
-    )
     x = ca.MX.sym("x")
     nlp = {"x": x, "f": -loop.damping_ratios(x, 300.0, 1)}
     solver = ca.nlpsol("s", "ipopt", nlp, {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"})
-    found = float(solver(x0=0.02, lbx=0.01, ubx=0.05)["x"])
+    return float(solver(x0=0.02, lbx=0.01, ubx=0.05)["x"])
+
+
+def test_optimisation_by_another_solver(derivative: ad.ClosedLoop) -> None:
+    loop, found = derivative, most_damped(derivative)
     scan = np.linspace(0.01, 0.05, 81)
     best = scan[np.argmax([float(loop.damping_ratios([kd], 300.0, 1)) for kd in scan])]
     assert found == pytest.approx(best, abs=1e-3)
@@ -61,16 +70,44 @@ def test_a_worker_builds_it_again() -> None:
         there = pool.submit(_in_worker, loop, p).result()
     assert there == pytest.approx(_in_worker(loop, p), rel=1e-12)
     back = pickle.loads(pickle.dumps(loop.reduced(5)))
+    assert back.parameters == loop.parameters
     assert (back.names, back.lower, back.upper, back.modes) == (loop.names, loop.lower, loop.upper, 5)
+
+
+def test_a_worker_optimises(derivative: ad.ClosedLoop) -> None:
+    """What has arrived works in solvers, with its derivatives, and arrives at the same optimum."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        there = pool.submit(most_damped, derivative).result()
+    assert there == pytest.approx(most_damped(derivative), rel=1e-9)
 
 
 def test_expressions_are_saved(tmp_path: Path) -> None:
     loop = ad.closed_loop(ad.load("thesis-tuned"), ["controller.kd", "magnets.bias_current"])
-    for name, options in (("A0", {}), ("magnet_force", {}), ("controller", {}), ("rhs", {"modes": 3}), ("loads", {})):
-        made = loop.function(name, **options)
-        made.save(str(tmp_path / name))
+    made = {name: loop.function(name) for name in (*PENCIL, *STRUCTURE, "magnet_force", "controller", "rhs", "loads")}
+    made["rhs_of_modes"] = loop.function("rhs", modes=3)
+    for name, function in made.items():
+        function.save(str(tmp_path / name))
         back = ca.Function.load(str(tmp_path / name))
-        point = [np.random.default_rng(1).random(made.size_in(k)) * 1e-5 for k in range(made.n_in())]
+        assert (back.name_in(), back.name_out()) == (function.name_in(), function.name_out())
+        point = [np.random.default_rng(1).random(function.size_in(k)) * 1e-5 for k in range(function.n_in())]
         point[0] = loop.vector()
-        for a, b in zip(made.call(point), back.call(point), strict=True):
+        for a, b in zip(function.call(point), back.call(point), strict=True):
             np.testing.assert_array_equal(a.full(), b.full())
+    computed = loop.function("growth_rates")
+    for write in (lambda: computed.save(str(tmp_path / "growth_rates")), computed.serialize):
+        with pytest.raises(ad.ModelError, match="growth_rates is computed by Python and cannot be saved; pickle its"):
+            write()
+    assert not (tmp_path / "growth_rates").exists()
+
+
+def test_vectors_and_names_are_one(derivative: ad.ClosedLoop) -> None:
+    machine = derivative.machine
+    damper = {"gain": ["controller.kd"], "ends": ["bearings[0].damping", "bearings[1].damping"]}
+    for loop in (ad.closed_loop(machine, damper), ad.closed_loop(machine, ad.find(machine, "plies.angle"))):
+        p = loop.vector() * 1.1 + 0.01
+        named = loop.values(p)
+        assert list(named) == list(loop.names)
+        np.testing.assert_array_equal(loop.vector(dict(reversed(named.items()))), p)
+        there = loop.machine_at(p)
+        for q in loop.parameters:
+            assert {value(there, path) for path in q.paths} == {named[q.name]}

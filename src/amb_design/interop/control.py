@@ -11,6 +11,7 @@ from ..analysis.system import Array, System, dense, system
 from ..errors import ModelError
 from ..model.motion import controller, state_names
 from ..model.parametric import parametric
+from ..spec.controller import Chain, Matrices, StateSpace
 from ..spec.machine import Machine
 from ..synthesis.design import synthesise
 from .late import package
@@ -94,6 +95,43 @@ def to_tf(
     unit = np.exp(np.sum(np.log(at - zeros)) - np.sum(np.log(at - poles)))
     gain = float((complex(np.squeeze(single(at))) / unit).real)
     return control.tf(gain * np.poly(zeros).real, np.poly(poles).real, inputs=[input], outputs=[output])
+
+
+def from_ss(system: Any, hardware_of: Chain | None = None) -> StateSpace:
+    """A controller from a linear system of python-control, whoever designed it.
+
+    Parameters
+    ----------
+    system : control.StateSpace or control.TransferFunction
+        Continuous, from displacements at the sensors [m] to control currents [A] with the sign of the feedback included, i = K y, as `to_ss`
+        gives the controller. One input serves each axis by itself, one for each magnet y and z alike, two for each magnet
+        are its first and second axis.
+    hardware_of : Controller, optional
+        Whose sensors, low-pass, delay and amplifier stand around it; it then leads from what the sensors send to what the amplifiers are told.
+
+    Returns
+    -------
+    StateSpace
+
+    Raises
+    ------
+    ModelError
+        If it is sampled, or sees velocities.
+    SpecError
+        If it has not as many inputs as outputs.
+    SolveError
+        If python-control is not installed.
+    """
+    found = package("control", "control").ss(system)
+    if found.dt not in (0, None):
+        raise ModelError(f"the controller is sampled every {found.dt:g} s; give a continuous one")
+    seen = [name for name in found.input_labels if name.startswith("velocity ")]
+    if seen:
+        raise ModelError(
+            f"the controller sees {seen[0]!r}, which no sensor reports; give it a low-pass or a filtered derivative"
+        )
+    law = Matrices(a=found.A, b=found.B, c=-found.C, d=-found.D)
+    return StateSpace(law=law) if hardware_of is None else StateSpace.with_hardware_of(hardware_of, law=law)
 
 
 def _rotor(loop: System, speed: float) -> tuple[Array, Array, Array, Array]:

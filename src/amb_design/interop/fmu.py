@@ -65,6 +65,7 @@ def model_fmu(machine: Machine, file: str | os.PathLike[str], speed: float = 0.0
     Loads are the disks' unbalances and gravity. The magnets obey their force law without limits of current, voltage and flux. The moment of
     an accelerated spin is left out, so that the speed should change slowly.
     """
+    tools = _tools(file)
     loop = closed_loop(machine)
     rhs, loads = loop.function("rhs", modes=modes), loop.function("loads", modes=modes)
     n = rhs.size1_in("x")
@@ -91,7 +92,7 @@ def model_fmu(machine: Machine, file: str | os.PathLike[str], speed: float = 0.0
         generator.add(ode)
         generator.generate(f"{folder}{os.sep}")
         defines = {"ME": 1, "NX": n + 1, "NU": 1, "NY": len(outputs)}
-        _pack(machine, Path(file), Path(folder), "model", defines, (inputs, outputs, states), None)
+        _pack(machine, Path(file), Path(folder), "model", defines, (inputs, outputs, states), None, tools)
 
 
 def controller_fmu(machine: Machine, file: str | os.PathLike[str], period: float, speed: float = 0.0) -> None:
@@ -114,13 +115,25 @@ def controller_fmu(machine: Machine, file: str | os.PathLike[str], period: float
     ModelError
         As in `amb_design.interop.discrete.discrete`.
     """
+    tools = _tools(file)
     law = discrete(machine, period, speed)
     inputs = [_Variable(n, "m", "input", "of the shaft at the sensor", 0.0) for n in law.inputs]
     outputs = [_Variable(n, "A", "output", "command to the amplifier") for n in law.outputs]
     with tempfile.TemporaryDirectory() as folder:
         controller_code(machine, folder, period, speed)
         defines = {"NX": len(law.a), "NU": len(inputs), "NY": len(outputs), "PERIOD": repr(period)}
-        _pack(machine, Path(file), Path(folder), "controller", defines, (inputs, outputs, []), period)
+        _pack(machine, Path(file), Path(folder), "controller", defines, (inputs, outputs, []), period, tools)
+
+
+def _tools(file: str | os.PathLike[str]) -> tuple[str, Path]:
+    """Compiler and folder of headers; whatever is missing is said before anything is computed."""
+    if Path(file).suffix != ".fmu":
+        raise SpecError("is no .fmu file", field=str(file), remedy="name it so")
+    fmpy = package("fmpy", "fmpy")
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        raise SolveError("no C compiler (cc or gcc) was found, which units need")
+    return compiler, Path(fmpy.__file__).parent / "c-code"
 
 
 def _pack(
@@ -131,11 +144,9 @@ def _pack(
     defines: Mapping[str, object],
     variables: tuple[Sequence[_Variable], Sequence[_Variable], Sequence[_Variable]],
     period: float | None,
+    tools: tuple[str, Path],
 ) -> None:
-    if file.suffix != ".fmu":
-        raise SpecError("is no .fmu file", field=str(file), remedy="name it so")
-    fmpy = package("fmpy", "fmpy")
-    headers = Path(fmpy.__file__).parent / "c-code"
+    compiler, headers = tools
     token = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{kind} {__version__} {machine!r} {defines}')}}}"
     starts = ", ".join(repr(float(v.start or 0.0)) for v in variables[0])
     defines = {**defines, "STARTS": f"{{ {starts} }}"}
@@ -143,9 +154,6 @@ def _pack(
     for source in SOURCES:
         (folder / source.name).write_text(head + source.read_text(encoding="utf-8"), encoding="utf-8")
     library = folder / f"{kind}.so"
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        raise SolveError("no C compiler (cc or gcc) was found, which units need")
     command = [compiler, "-O2", "-shared", "-fPIC", f"-I{headers}", "-o", str(library)]
     command += [*(str(folder / source.name) for source in SOURCES), "-lm"]
     made = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..analysis.system import Array
 from ..analysis.threads import one_thread
+from ..errors import ModelError
 
 Compute = Callable[..., tuple[Array, Sequence[Array]]]
 """From input columns to an output column and its Jacobian with respect to each input."""
@@ -119,6 +120,16 @@ class _Numeric(ca.Callback):
         made = _Jacobian(name, self, inames, onames, opts)
         _ALIVE.append(made)
         return made
+
+    def save(self, *_: Any) -> None:
+        """Refuse: CasADi would write a file that nobody can read."""
+        self.serialize()
+
+    def serialize(self, *_: Any) -> Any:
+        """Refuse, too."""
+        raise ModelError(
+            f"{self.name()} is computed by Python and cannot be saved; pickle its ClosedLoop, which builds it again"
+        )
 
 
 class _Jacobian(ca.Callback):
