@@ -12,6 +12,7 @@ import pytest
 
 import amb_design as ad
 from amb_design.comparison import compare as comparing
+from amb_design.comparison.assessment import Assessment
 from amb_design.comparison.chosen import completed
 from amb_design.comparison.plants import notes, plant
 from amb_design.comparison.quantities import LINES, Line
@@ -68,6 +69,9 @@ def test_the_table_says_what_the_analyses_say(table, machines) -> None:
                 assert found == value
             else:
                 assert found == pytest.approx(value, rel=1e-8), key
+        lifted = ad.simulate(m, 0.1, speed=0.0, start="resting", contact=True)  # all modes
+        beyond = np.max([lifted.radius(x) for x in (0.05, 0.55)], axis=0) > 2.5e-4
+        assert table["lift_off"][name] == pytest.approx(lifted.times[beyond][-1], abs=4e-4)
         damping = ad.campbell(m, np.linspace(0.0, 300.0, 33), modes=4).damping_ratios[:, :4].min()
         assert table["least_damping_ratio"][name] == pytest.approx(damping, rel=1e-6)
         response = ad.unbalance_response(m, np.linspace(0.5, 300.0, 1500))
@@ -326,3 +330,17 @@ def test_a_passive_machine_has_lines_too() -> None:
     assert table["force_current"] == {"a": 0.0, "b": 0.0}
     assert table["controller_order"] == {"a": 0.0, "b": 0.0}
     assert any("different machines" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"rotor.disks.mass": 80.0}, "is still on its backup bearings 0.5 s after its magnets are switched on"),
+        ({"magnets[1].clearance": None}, "has no backup bearings, that is magnets with a clearance"),
+        ({"operation.gravity": 0.0}, "has no weight to lift"),
+    ],
+)
+def test_who_cannot_lift_off_is_told(changes: dict[str, float | None], reason: str) -> None:
+    design = SimpleNamespace(machine=ad.replace(levitated(), changes), require_running=lambda: None)
+    with pytest.raises(ad.ModelError, match=reason):
+        Assessment.lift_off.func(design)

@@ -29,6 +29,7 @@ from ..spec.controller import LQR, StateFeedback
 from ..spec.machine import Machine
 from ..spec.parts import stations
 from ..spec.sampling import Sampling
+from ..transient.simulate import simulate
 from .robustness import Corner, corners, stable_share
 
 SPEEDS = 33
@@ -36,6 +37,12 @@ SPEEDS = 33
 
 LOOKED_AT = (0.0, 0.5, 1.0)
 """Parts of the operating range at which sensitivities are looked at; margins, noise and disturbances at both ends."""
+
+LIFTED = 0.5
+"""Time that a rotor has to leave its backup bearings [s]."""
+
+LIFT_MODES = 12
+"""Modes of the rotor that is lifted, with static correction."""
 
 WHIRL = 240
 """Speeds of the unbalance response, beside the critical ones."""
@@ -210,6 +217,23 @@ class Assessment:
             base_shock(self.loop, b.acceleration, b.duration, s, angle=b.angle, settled=c.settled)
             for s in self._speeds()
         )
+
+    @cached_property
+    def lift_off(self) -> float:
+        """Time after which a rotor at rest touches its backup bearings no more, by nonlinear simulation [s]."""
+        self.require_running()
+        clearances = [m.clearance for m in self.machine.magnets]
+        if not clearances or None in clearances:
+            raise ModelError(f"{self.machine.name} has no backup bearings, that is magnets with a clearance")
+        if not self.machine.operation.gravity:
+            raise ModelError(f"{self.machine.name} has no weight to lift")
+        run = simulate(self.machine, LIFTED, speed=0.0, modes=LIFT_MODES, start="resting", contact=True)
+        touching = np.flatnonzero(run.contact_forces.any(axis=(1, 2)))
+        if run.stopped or (len(touching) and touching[-1] == len(run.times) - 1):
+            raise ModelError(
+                f"{self.machine.name} is still on its backup bearings {LIFTED:g} s after its magnets are switched on"
+            )
+        return float(run.times[touching[-1]]) if len(touching) else 0.0
 
     @cached_property
     def whirl(self) -> Whirl:

@@ -168,6 +168,7 @@ LINES = (
     Line(
         "base_current", "base shock", "peak current", "A", LOWER, lambda a: max(r.peak_current for r in a.base_shocks)
     ),
+    Line("lift_off", "backup bearings", "time to lift off", "s", LOWER, lambda a: a.lift_off),
     Line("noise_current", "noise", "control current, rms", "A", LOWER, lambda a: max(float(n.max()) for n in a.noise)),
     Line("bias_current", "cost", "largest bias current", "A", NEITHER, lambda a: a.bias_current),
     Line("copper_loss", "cost", "copper loss at bias", "W", LOWER, lambda a: a.copper_loss),
