@@ -136,7 +136,7 @@ def laws() -> dict[str, Any]:
         "state space, an input a magnet": ad.StateSpace(law=two, **HARDWARE),
         "cross": ad.StateSpace(law=two, cross=mixed(2, 1e-3, 4), **HARDWARE),
         "cross and rates": ad.StateSpace(law=two, cross=mixed(2, 1e-3, 5), **rates, **HARDWARE),
-        "two inputs a magnet": ad.StateSpace(law=four, law_rate=mixed(4, 1e-6, 6), **HARDWARE),
+        "two inputs a magnet": ad.StateSpace(law=four, law_rate=mixed(4, 3e-7, 6), **HARDWARE),
         "LQG": lqg(),
         "LQG, scheduled": lqg(scheduled=True),
         "LQR": lqr(),
