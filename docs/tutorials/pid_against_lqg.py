@@ -12,9 +12,7 @@ import amb_design as ad
 pid = ad.load_optimum("thesis-pid-vs-lqg")
 lqg = ad.load_optimum("thesis-pid-vs-lqg", "lqg")
 w = lqg.controller
-print(
-    f"a current of {w.current:.3g} A weighs as much as a displacement of {w.displacement:.3g} m"
-)
+print(f"{w.current:.3g} A weigh as much as {w.displacement:.3g} m")
 
 # %% [markdown]
 # An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets, here with

@@ -13,9 +13,7 @@ machine = ad.load("thesis-tuned")
 limit = ad.stability_limit(machine)
 gradient = ad.stability_gradient(machine, limit.mode)
 slope = gradient["controller.kd"]
-print(
-    f"{len(gradient)} derivatives; of kd, for example, {slope:.4g} (rad/s) per second"
-)
+print(f"{len(gradient)} derivatives; that of kd is {slope:.4g} (rad/s) per second")
 
 # %% [markdown]
 # Derivatives in different units do not compare. Relative ones do: per cent of the limit for a per cent of the number; for angles, per degree.
