@@ -25,13 +25,13 @@ lint: $(VENV)/ready
 types: $(VENV)/ready
 	$(BIN)/mypy
 
-docs: $(VENV)/docs
-	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+docs: $(VENV)/ready
+	$(BIN)/sphinx-build -q -E -W --keep-going -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html is built"
 
-notebooks: $(VENV)/docs
+notebooks: $(VENV)/ready
 	@mkdir -p docs/notebooks
-	for tutorial in docs/tutorials/*.py; do \
+	@for tutorial in docs/tutorials/*.py; do \
 	  $(BIN)/jupytext --quiet --to ipynb --set-kernel python3 --output docs/notebooks/$$(basename $$tutorial .py).ipynb $$tutorial || exit 1; \
 	done
 
@@ -41,11 +41,7 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "amb_design needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test]"
-	touch $@
-
-$(VENV)/docs: $(VENV)/ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[docs]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test,docs]"
 	touch $@
 
 clean:

@@ -34,6 +34,7 @@ nitpicky = True
 nitpick_ignore_regex = [("py:(class|obj)", ".*")]  # types in docstrings are words, not links
 default_role = "py:obj"
 highlight_language = "none"
+smartquotes = False  # options begin with two hyphens
 
 myst_enable_extensions = ["deflist", "colon_fence"]
 myst_heading_anchors = 3

@@ -41,9 +41,7 @@ ax = ad.plots.mode_shape(limit.mode, machine)
 
 # %%
 for c in ad.critical_speeds(machine):
-    print(
-        f"{c.speed_rpm:7.0f} rpm  {c.whirl:8s}  damping ratio {c.damping_ratio:.4f}"
-    )
+    print(f"{c.speed_rpm:7.0f} rpm  {c.whirl:8s}  damping {c.damping_ratio:.4f}")
 
 # %% [markdown]
 # Forward critical speeds answer to unbalance. The machine's own unbalance, 0.2 mm of eccentricity at each disk, is far beyond what the magnets can hold; the response
@@ -65,11 +63,8 @@ for c in result.criteria:
 
 # %%
 for finding in result.findings:
-    print(
-        textwrap.fill(
-            f"- {finding.topic}: {finding.text}", 84, subsequent_indent="  "
-        )
-    )
+    text = f"- {finding.topic}: {finding.text}"
+    print(textwrap.fill(text, 84, subsequent_indent="  "))
 
 # %% [markdown]
 # The sensitivity of each loop (ISO 14839-3: a peak below 3 is zone A), at rest and at 9000 rpm:

@@ -53,9 +53,11 @@ print(f"stable up to {reach.speed_rpm:.0f} rpm, certified: {reach.certified}")
 # turn to the axis, where they stiffen the shaft against bending. The hoop ply at the surface is gone: it carries nothing here, and no limit of this problem asks for hoop strength.
 
 # %%
-diagrams = {name: ad.campbell(designs[name]) for name in ("controller", "both")}
-limits = {name: ad.stability_limit(designs[name]) for name in diagrams}
-axes = ad.plots.campbells(diagrams, limits)
+speeds = ad.rpm(np.linspace(0.0, 22000.0, 89))
+compared = {name: designs[name] for name in ("controller", "both")}
+diagrams = {name: ad.campbell(m, speeds) for name, m in compared.items()}
+limits = {name: ad.stability_limit(m) for name, m in compared.items()}
+ax = ad.plots.real_parts(diagrams, limits)
 
 # %% [markdown]
 # To search yourself, with two processes (some minutes):

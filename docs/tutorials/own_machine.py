@@ -58,7 +58,7 @@ gap = "0.5 mm"
 bias_current = 3
 
 [controller]                             # for every magnet and both axes
-kp = 12000                               # A/m, since no sensor and amplifier gains are given
+kp = 12000                               # A/m: neither sensor nor amplifier has a gain
 kd = 15
 low_pass = { frequency = "3 kHz" }
 delay = "50 us"

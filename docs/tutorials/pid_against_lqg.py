@@ -12,9 +12,7 @@ import amb_design as ad
 pid = ad.load_optimum("thesis-pid-vs-lqg")
 lqg = ad.load_optimum("thesis-pid-vs-lqg", "lqg")
 w = lqg.controller
-print(
-    f"a current of {w.current:.3g} A weighs as much as a displacement of {w.displacement:.3g} m"
-)
+print(f"{w.current:.3g} A weigh as much as {w.displacement:.3g} m")
 
 # %% [markdown]
 # An LQG is written as weights and noises in physical units. `ad.synthesise` shows the gains that follow: a state space that serves all magnets, here with
@@ -48,11 +46,23 @@ print(table)
 # ## In pictures
 
 # %%
-speeds = ad.rpm(np.linspace(0.0, 17000.0, 86))
 machines = {"PID": pid, "LQG": lqg}
+speeds = ad.rpm(np.linspace(0.0, 20000.0, 81))
 diagrams = {name: ad.campbell(m, speeds) for name, m in machines.items()}
 limits = {name: ad.stability_limit(m) for name, m in machines.items()}
-axes = ad.plots.campbells(diagrams, limits)
+ax = ad.plots.real_parts(diagrams, limits)
+
+# %% [markdown]
+# The loops' sensitivities at rest and at full speed, with the zones of ISO 14839-3:
+
+# %%
+ends = (0.0, ad.rpm(13900))
+axes = ad.plots.sensitivities(
+    [{name: ad.sensitivity(m, s) for name, m in machines.items()} for s in ends]
+)
+
+# %% [markdown]
+# And 50 N that suddenly press on the middle disk:
 
 # %%
 steps = {name: design.force_steps[0] for name, design in table.designs.items()}

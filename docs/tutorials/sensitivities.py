@@ -13,9 +13,7 @@ machine = ad.load("thesis-tuned")
 limit = ad.stability_limit(machine)
 gradient = ad.stability_gradient(machine, limit.mode)
 slope = gradient["controller.kd"]
-print(
-    f"{len(gradient)} derivatives; of kd, for example, {slope:.4g} (rad/s) per second"
-)
+print(f"{len(gradient)} derivatives; that of kd is {slope:.4g} (rad/s) per second")
 
 # %% [markdown]
 # Derivatives in different units do not compare. Relative ones do: per cent of the limit for a per cent of the number; for angles, per degree.
@@ -53,7 +51,8 @@ ax.bar(range(len(plies)), [gradient[p] * np.radians(1) / ad.rpm(1) for p in plie
 ax.set_xticks(range(len(plies)), [f"{np.degrees(numbers[p]):.0f}°" for p in plies])
 ax.set_xlabel("ply angle, from the inside out")
 ax.set_ylabel("rpm per degree")
-ax.axhline(0.0, color="black", lw=0.6)
+line = ax.axhline(0.0, color="black", lw=0.6)
+
 # %% [markdown]
 # In a balanced wall a ply at 0 or 90 degrees would not care which way it turns. This wall is not balanced: its ply at -45 degrees lies outside the one at 45 degrees, so that bending
 # and twisting are coupled, and turning the plies along the axis the other way raises the limit, the outer ones most. First derivatives say nothing of large

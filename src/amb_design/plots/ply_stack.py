@@ -89,7 +89,7 @@ def _stack(bar: Axes, plies: tuple[Ply, ...], runs: list[tuple[float, float, flo
     centres = [(low + high) / 2.0 / bottom * tall for low, high, _, _ in runs]
     for (_, _, angle, count), place in zip(runs, spread(centres, 9.5, 2.0, tall - 2.0), strict=True):
         sign = "+" if angle > 0.0 and abs(angle) != 90.0 else ""
-        text = minus(f"{sign}{angle:g}°") + (f"  ({count})" if count > 1 else "")
+        text = minus(f"{sign}{angle:.3g}°") + (f"  ({count})" if count > 1 else "")
         bar.annotate(
             text,
             (1.0, place / tall),
