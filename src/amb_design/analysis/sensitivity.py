@@ -208,7 +208,8 @@ def _grid(values: Array, speed: float, highest: float | None) -> Array:
     width = np.abs(values.real[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
     lowest = 0.03 * float(resonances.min(initial=top))
     around = np.concatenate([inside, inside - width, inside + width])
-    grid = np.concatenate([np.geomspace(max(lowest, 1e-4 * top), top, 300), around[(around > 0.0) & (around < top)]])
+    bottom = max(lowest, 1e-4 * top)
+    grid = np.concatenate([np.geomspace(bottom, top, 300), around[(around > bottom) & (around < top)]])
     return distinct(grid)
 
 

@@ -233,7 +233,10 @@ def rows_of(
     merged: dict[tuple[str, ...], list[str]] = {}
     for (label, reason), names in reasons.items():
         merged.setdefault((reason, *names), []).append(label)
-    told = [f"{_joined(names)}: no {_joined(labels)} ({reason})." for (reason, *names), labels in merged.items()]
+    told = [
+        f"{_joined(names) if len(names) < len(designs) else 'All designs'}: no {_joined(labels)} ({reason})."
+        for (reason, *names), labels in merged.items()
+    ]
     unstable = [
         f"{name} is {_status(a)}: what needs a stable machine over the whole operating range is not measured."
         for name, a in designs.items()
