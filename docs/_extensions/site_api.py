@@ -65,10 +65,9 @@ def _directives(module: str, names: list[str]) -> str:
         if inspect.isclass(made) and issubclass(made, Exception):
             blocks.append(f".. autoexception:: {name}")
         elif inspect.isclass(made):
-            fields = (
-                dataclasses.fields(made) if dataclasses.is_dataclass(made) else ()
-            )  # told in the description already
-            told = [f"   :exclude-members: {', '.join(['check', *(f.name for f in fields)])}"] if fields else []
+            fields = dataclasses.fields(made) if dataclasses.is_dataclass(made) else ()
+            hidden = ", ".join(["check", *(f.name for f in fields)])  # told in the description already
+            told = [f"   :exclude-members: {hidden}"] if fields else []
             blocks.append("\n".join([f".. autoclass:: {name}", "   :members:", *told]))
         else:
             blocks.append(f".. autofunction:: {name}")
@@ -79,12 +78,9 @@ def fields_of_spec(app: Sphinx, what: str, name: str, made: Any, options: Any, l
     """Add a table of the fields to the description of a specification class."""
     if what == "class" and issubclass(made, Spec):
         lines += ["", ".. list-table::", "   :header-rows: 1", "   :widths: auto", ""]
-        for row in [("field", "unit", "range", "default", "meaning"), *field_rows(made)]:
-            cells = [f"``{row[0]}``" if row[0] != "field" else row[0], *row[1:]]
-            lines += [
-                f"   {'*' if k == 0 else ' '} - {cell.replace('`', '``') if k else cell}"
-                for k, cell in enumerate(cells)
-            ]
+        rows = [(f"``{field}``", *rest) for field, *rest in field_rows(made)]
+        for first, *rest in [("field", "unit", "range", "default", "meaning"), *rows]:
+            lines += [f"   * - {first}", *(f"     - {cell.replace('`', '``')}" for cell in rest)]
         lines.append("")
 
 

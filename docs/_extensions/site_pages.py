@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -66,13 +65,6 @@ def on_read(app: Sphinx, name: str, content: list[str]) -> None:
     if not name.startswith(FOLDER):
         here = Path(app.env.doc2path(name)).parent
         content[0] = relinked(content[0], here, here)
-
-
-def problems() -> Iterator[tuple[str, str]]:
-    """Name and title of every packaged problem."""
-    for readme in sorted(ROOT.glob("problems/*/README.md")):
-        title = readme.read_text(encoding="utf-8").splitlines()[0]
-        yield readme.parent.name, title.removeprefix("# ").removeprefix(f"{readme.parent.name}: ")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
