@@ -203,6 +203,18 @@ def _served(machines: dict[str, ad.Machine]) -> dict[str, ad.Machine]:
     }
 
 
+@pytest.mark.parametrize("name", ["thesis-pid-vs-lqg", "tum-rig-pid-vs-lqg", "composite-spindle-pid-vs-lqg"])
+def test_without_their_controllers_all_variants_are_one_model(name: str) -> None:
+    base = ad.load_problem(name).machine
+    bare = ad.system(base.without_controllers())
+    for variant in ("cross", "lqg", "scheduled"):
+        other = ad.load_problem(name, variant).machine
+        assert plant(other) == plant(base)
+        loop = ad.system(other.without_controllers())
+        np.testing.assert_array_equal(loop.A0, bare.A0)
+        np.testing.assert_array_equal(loop.A1, bare.A1)
+
+
 def test_different_machines_are_told(machines) -> None:
     soft = machines["soft"]
     heavier = ad.replace(soft, {"rotor.disks[0].mass": 5.0})

@@ -85,6 +85,13 @@ def test_foreign_controllers_that_do_not_fit(machine: ad.Machine) -> None:
         from_ss(control.ss(0.5, 1.0, 1.0, 0.0, dt=1e-3))
     with pytest.raises(ModelError, match=r"sees 'velocity magnets\[0\] y', which no sensor reports"):
         from_ss(to_ss(ad.load("tum-rig"), part="controller"))
+    s = control.tf("s")
+    with pytest.raises(ModelError, match=r"is improper: degree 2 over degree 1; add poles beyond"):
+        from_ss((1.0 + s) ** 2 / (1e-4 * s + 1.0))
+    with pytest.raises(ModelError, match=r"cancel 1 of its 3 poles; give control\.minreal of it"):
+        from_ss((s - 30.0) * (s + 50.0) / ((s - 30.0) * (s + 1e3) * (s + 2e3)))
+    with pytest.raises(ModelError, match=r"2 outputs and 2 inputs; give one of a single axis, or a state space"):
+        from_ss(control.tf([[[1.0], [0.0]], [[0.0], [1.0]]], [[[1.0, 1.0], [1.0]], [[1.0], [1.0, 1.0]]]))
     with pytest.raises(ad.SpecError, match="give as many inputs as outputs"):
         from_ss(control.ss([[-1.0]], [[1.0, 2.0]], [[1.0]], [[0.0, 0.0]]))
 

@@ -116,13 +116,14 @@ def from_ss(system: Any, hardware_of: Chain | None = None) -> StateSpace:
     Raises
     ------
     ModelError
-        If it is sampled, or sees velocities.
+        If it is sampled or sees velocities; or a transfer function that is improper, has poles that its zeros cancel, or several
+        inputs or outputs.
     SpecError
         If it has not as many inputs as outputs.
     SolveError
         If python-control is not installed.
     """
-    found = package("control", "control").ss(system)
+    found = _state_space(system)
     if found.dt not in (0, None):
         raise ModelError(f"the controller is sampled every {found.dt:g} s; give a continuous one")
     seen = [name for name in found.input_labels if name.startswith("velocity ")]
@@ -132,6 +133,28 @@ def from_ss(system: Any, hardware_of: Chain | None = None) -> StateSpace:
         )
     law = Matrices(a=found.A, b=found.B, c=-found.C, d=-found.D)
     return StateSpace(law=law) if hardware_of is None else StateSpace.with_hardware_of(hardware_of, law=law)
+
+
+def _state_space(system: Any) -> Any:
+    """A system as python-control's state space; transfer functions as few states as they need, or not at all."""
+    control = package("control", "control")
+    if isinstance(system, control.TransferFunction):
+        shape = (system.noutputs, system.ninputs)
+        if shape != (1, 1):
+            raise ModelError(
+                f"the transfer function has {shape[0]} outputs and {shape[1]} inputs; give one of a single axis, or a state space"
+            )
+        above, below = (len(np.trim_zeros(np.ravel(p[0][0]), "f")) - 1 for p in (system.num, system.den))
+        if above > below:
+            raise ModelError(
+                f"the transfer function is improper: degree {above} over degree {below}; add poles beyond the frequencies that matter"
+            )
+        cancelled = below - len(control.minreal(system, verbose=False).poles())
+        if cancelled > 0:
+            raise ModelError(
+                f"zeros of the transfer function cancel {cancelled} of its {below} poles; give control.minreal of it"
+            )
+    return control.ss(system)
 
 
 def _rotor(loop: System, speed: float) -> tuple[Array, Array, Array, Array]:
