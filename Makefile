@@ -15,7 +15,7 @@ demo: $(VENV)/ready
 	$(BIN)/amb-design compare thesis-pid-vs-lqg --out demo/comparison
 
 test: $(VENV)/ready
-	$(BIN)/python -m pytest -n auto --durations=25
+	$(BIN)/python -m pytest -n auto --dist worksteal --durations=40
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
