@@ -24,7 +24,7 @@ COMPARED = {name for name in FOLDERS if name.endswith("-vs-lqg")}
 """Their base problems are those of their parents with one limit more; what is new in them are the variants."""
 
 SHORT = Effort(feasible=40, coarse=40, fine=12)
-SCENARIOS = Effort(feasible=40, coarse=40, fine=3)
+SCENARIOS = Effort(feasible=40, coarse=15, fine=2)
 """Every evaluation counts as many times as there are scenarios."""
 
 
