@@ -15,7 +15,7 @@ from .coordinates import Coordinates, modal
 from .loop_family import LoopFamily, loop_family
 from .measures import critical, loops, modes, noise, statics, whirl
 from .measures.modes import instability
-from .measures.samples import Samples
+from .measures.samples import Samples, peaks
 from .state import State
 from .variables import Scaling
 
@@ -311,9 +311,9 @@ class Evaluator:
             state = case.state(p, modes)
             for quantity, excess in case.shortfalls(state, between * end).items():
                 excess = excess + self.margins.get(quantity, 0.0)
-                padded = np.concatenate([[-np.inf], excess, [-np.inf]])
-                peaks = np.flatnonzero((excess > SLIGHT) & (excess >= padded[:-2]) & (excess >= padded[2:]))
-                found |= set(between[peaks[np.argsort(-excess[peaks])][:ADDED]].tolist())
+                worst = peaks(excess)
+                worst = worst[excess[worst] > SLIGHT]
+                found |= set(between[worst[np.argsort(-excess[worst])][:ADDED]].tolist())
             self._count(state)
         return np.array(sorted(found))
 
@@ -323,7 +323,7 @@ class Evaluator:
         out = -np.inf
         for case in self.cases:
             state = case.state(p, modes)
-            out = max(out, float(instability(state.spectra(fractions * end).values).max()) / LIGHT)
+            out = max(out, float(case.shortfalls(state, fractions * end)["stability"].max()))
             self._count(state)
         return out
 

@@ -15,8 +15,9 @@ from ..spec.files import loads
 from ..words import analysis as words
 from ..words import machine as described
 from ..words.parts import Table
-from .analysis_figures import machine_picture, pictures
+from .analysis_figures import drawings, machine_drawing
 from .parts import Block, Bullets, Fold, Page, Picture, Section, Text
+from .picture import picture, pictures
 from .provenance import fingerprint, provenance, text_of
 
 Document = Mapping[str, Any]
@@ -56,14 +57,16 @@ def account(
     Parameters
     ----------
     analysis : Analysis
-    folder, formats, main_only, prefix
-        As in `amb_design.report.analysis_figures.pictures`; with `main_only` the page shows the Campbell diagram alone.
+    folder, formats, prefix
+        As in `amb_design.report.picture.picture`.
+    main_only : bool
+        Of the figures only those that matter most go to files, and the Campbell diagram alone to the page.
 
     Returns
     -------
     Account
     """
-    drawn = pictures(analysis, folder, formats, main_only=main_only, prefix=prefix)
+    drawn = pictures(drawings(analysis, main_only=main_only), folder, formats, prefix)
     if main_only:  # a page of many variants has to stay small
         drawn = tuple(p for p in drawn if p.name == "campbell")
     return Account(analysis.document(), outline(analysis.machine), text_of(analysis.machine), drawn)
@@ -111,7 +114,7 @@ def analysis_page(
             Section(name or "The machine itself", (Text(_summary(a)),), tuple(_sections(a)))
             for name, a in accounts.items()
         ]
-        shared = machine_picture(loads(first.text))
+        shared = picture(*machine_drawing(loads(first.text)))
         sections = [Section("Variants", (words.overview(documents), shared)), *published, *each]
         title = first.document["name"].split(":")[0]
     return Page(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,71 +18,19 @@ from ..analysis.system import System, system
 from ..analysis.unbalance import unbalance_response
 from ..spec.machine import Machine
 from ..words.analysis import limit_text
-from .parts import Picture
-from .picture import picture
+from .picture import Drawn
 
 SPEEDS = 46
 """Speeds of the Campbell diagram."""
 
-Drawn = tuple[str, str, str, Any]
-"""Name, caption, description and drawing."""
 
-
-def pictures(
-    analysis: Analysis,
-    folder: Path | None = None,
-    formats: tuple[str, ...] = ("png",),
-    *,
-    main_only: bool = False,
-    prefix: str = "",
-) -> tuple[Picture, ...]:
-    """Draw what an analysis has to show.
-
-    Parameters
-    ----------
-    analysis : Analysis
-    folder : Path, optional
-        Where the drawings are written to files too; made if it does not exist.
-    formats : tuple of str
-        Of these files.
-    main_only : bool
-        Only the Campbell diagram, the damping ratios and the largest real part.
-    prefix : str
-        Of the identifiers in a page that shows several machines.
-
-    Returns
-    -------
-    tuple of Picture
-    """
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    drawn = _drawings(analysis, main_only)
-    found = (picture(name, caption, alt, drawing, folder, formats) for name, caption, alt, drawing in drawn)
-    return tuple(replace(p, svg=_renamed(p, prefix)) if prefix else p for p in found)
-
-
-def _renamed(p: Picture, prefix: str) -> str:
-    return p.svg.replace(f'id="{p.name}-', f'id="{prefix}{p.name}-').replace(f"#{p.name}-", f"#{prefix}{p.name}-")
-
-
-def machine_picture(machine: Machine, folder: Path | None = None, formats: tuple[str, ...] = ("png",)) -> Picture:
+def machine_drawing(machine: Machine) -> Drawn:
     """The machine to scale.
 
     Parameters
     ----------
     machine : Machine
-    folder : Path, optional
-    formats : tuple of str
-
-    Returns
-    -------
-    Picture
     """
-    name, caption, alt, drawing = _machine(machine)
-    return picture(name, caption, alt, drawing, folder, formats)
-
-
-def _machine(machine: Machine) -> Drawn:
     parts = {
         "disk": len(machine.rotor.disks),
         "passive bearing": len(machine.bearings),
@@ -98,11 +44,19 @@ def _machine(machine: Machine) -> Drawn:
     return "machine", "The machine in section; magnets and springs are symbols.", alt, plots.machine(machine)
 
 
-def _drawings(analysis: Analysis, main_only: bool) -> Iterator[Drawn]:
+def drawings(analysis: Analysis, *, main_only: bool = False) -> Iterator[Drawn]:
+    """Draw what an analysis has to show.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    main_only : bool
+        Only the Campbell diagram, the damping ratios and the largest real part.
+    """
     machine, limit, critical = analysis.machine, analysis.limit, analysis.critical
     loop = system(machine)
     if not main_only:
-        yield _machine(machine)
+        yield machine_drawing(machine)
     diagram = campbell(loop, np.linspace(0.0, limit.top_speed, SPEEDS), critical=False)
     top = f"up to {limit.top_speed * 30.0 / np.pi:.0f} rpm"
     document = analysis.document()

@@ -17,9 +17,10 @@ from ..words import comparison as words
 from ..words import machine as described
 from ..words.parts import Table, table
 from .analysis import filled
-from .analysis_figures import machine_picture
-from .comparison_figures import pictures
+from .analysis_figures import machine_drawing
+from .comparison_figures import drawings
 from .parts import Bullets, Fold, Page, Section, Text
+from .picture import picture, pictures
 from .provenance import fingerprint, provenance, text_of
 
 
@@ -49,7 +50,7 @@ def comparison_page(
     -------
     Page
     """
-    d, drawn = result.document(), pictures(result, folder, formats)
+    d, drawn = result.document(), pictures(drawings(result), folder, formats)
     texts = {name: text_of(a.machine) for name, a in result.designs.items()}
     first = next(iter(result.designs.values()))
     sections = (
@@ -59,7 +60,7 @@ def comparison_page(
         Section("In pictures", drawn),
         Section(
             "The designs",
-            (machine_picture(first.machine),),
+            (picture(*machine_drawing(first.machine)),),
             tuple(_design(n, result, texts[n]) for n in result.designs),
         ),
     )

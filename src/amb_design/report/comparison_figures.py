@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,35 +14,17 @@ from ..comparison.assessment import Assessment
 from ..comparison.table import ComparisonTable
 from ..errors import ModelError, SolveError
 from ..units import in_words
-from .analysis_figures import SPEEDS, Drawn
-from .parts import Picture
-from .picture import picture
+from .analysis_figures import SPEEDS
+from .picture import Drawn
 
 
-def pictures(
-    table: ComparisonTable, folder: Path | None = None, formats: tuple[str, ...] = ("png",)
-) -> tuple[Picture, ...]:
+def drawings(table: ComparisonTable) -> Iterator[Drawn]:
     """Draw what a comparison has to show, each figure with the designs for which there is something to draw.
 
     Parameters
     ----------
     table : ComparisonTable
-    folder : Path, optional
-        Where the drawings are written to files too; made if it does not exist.
-    formats : tuple of str
-        Of these files.
-
-    Returns
-    -------
-    tuple of Picture
     """
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    drawn = _drawings(table)
-    return tuple(picture(name, caption, alt, drawing, folder, formats) for name, caption, alt, drawing in drawn)
-
-
-def _drawings(table: ComparisonTable) -> Iterator[Drawn]:
     designs, c = table.designs, table.conditions
     names = ", ".join(designs)
     top = min(float(c.top_speed), 1.25 * max(float(c.speed), *(a.stable_up_to for a in designs.values())))

@@ -21,8 +21,9 @@ from ..words import analysis as judged
 from ..words import design as words
 from ..words import machine as described
 from .analysis import filled, machine_blocks, standards
-from .design_figures import pictures
+from .design_figures import drawings
 from .parts import Bullets, Page, Picture, Section
+from .picture import pictures
 from .provenance import fingerprint, provenance, text_of
 
 
@@ -60,7 +61,7 @@ def design_page(
     """
     d = document(design, relaxed, fronts)
     text = text_of(design.machine)
-    drawn = {p.name: p for p in pictures(design, fronts or {}, folder, formats)} if design.verified else {}
+    drawn = {p.name: p for p in pictures(drawings(design, fronts or {}), folder, formats)} if design.verified else {}
     verdicts, warnings = _judged(design) if design.verified else ([], [])
     sections = [
         Section("What was asked", (Bullets(tuple(words.asked(design.problem))), words.variables(d))),

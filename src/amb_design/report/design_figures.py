@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -13,17 +12,11 @@ from ..analysis.stability import FOUND, StabilityLimit, stability_limit
 from ..analysis.system import system
 from ..optimise.answers import ParetoPoint
 from ..optimise.design import Design
-from .analysis_figures import SPEEDS, Drawn, machine_picture
-from .parts import Picture
-from .picture import picture
+from .analysis_figures import SPEEDS, machine_drawing
+from .picture import Drawn
 
 
-def pictures(
-    design: Design,
-    fronts: Mapping[str, Sequence[ParetoPoint]],
-    folder: Path | None = None,
-    formats: tuple[str, ...] = ("png",),
-) -> tuple[Picture, ...]:
+def drawings(design: Design, fronts: Mapping[str, Sequence[ParetoPoint]]) -> Iterator[Drawn]:
     """Draw what a design has to show.
 
     Parameters
@@ -32,23 +25,8 @@ def pictures(
         Verified.
     fronts : mapping of str to sequence of ParetoPoint
         By quantity.
-    folder : Path, optional
-        Where the drawings are written to files too; made if it does not exist.
-    formats : tuple of str
-        Of these files.
-
-    Returns
-    -------
-    tuple of Picture
     """
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    drawn = _drawings(design, fronts)
-    rest = (picture(name, caption, alt, drawing, folder, formats) for name, caption, alt, drawing in drawn)
-    return (machine_picture(design.machine, folder, formats), *rest)
-
-
-def _drawings(design: Design, fronts: Mapping[str, Sequence[ParetoPoint]]) -> Iterator[Drawn]:
+    yield machine_drawing(design.machine)
     machines = {"before": design.problem.with_values(design.problem.start()), "after": design.machine}
     loops = {name: system(machine) for name, machine in machines.items()}
     limits = {name: stability_limit(loop, design.problem.top_speed) for name, loop in loops.items()}

@@ -15,6 +15,9 @@ from matplotlib.figure import Figure
 from ..plots.base import figure_of, style
 from .parts import Picture
 
+Drawn = tuple[str, str, str, Any]
+"""Name, caption, description and drawing."""
+
 DECIMALS = 2
 """Of coordinates [pt]: a hundredth of a point is below any screen or printer."""
 
@@ -35,6 +38,7 @@ def picture(
     drawing: Any,
     folder: Path | None = None,
     formats: tuple[str, ...] = (),
+    prefix: str = "",
 ) -> Picture:
     """Take a drawing into a page, and close it.
 
@@ -46,9 +50,11 @@ def picture(
     drawing : Axes, Figure or iterable of Axes
         What a function of `amb_design.plots` returned.
     folder : Path, optional
-        Where to write the drawing to files too.
+        Where to write the drawing to files too; made if it does not exist.
     formats : tuple of str
         Of these files.
+    prefix : str
+        Of the identifiers in a page that shows several machines.
 
     Returns
     -------
@@ -59,14 +65,34 @@ def picture(
     from ..plots import save
 
     figure = _figure(drawing)
-    for ending in formats if folder is not None else ():
-        save(figure, Path(folder or "") / f"{name}.{ending}")
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        for ending in formats:
+            save(figure, folder / f"{name}.{ending}")
     out = io.StringIO()
     with style(), mpl.rc_context({"svg.fonttype": "path"}):  # glyphs are drawn: no font of the reader's matters
         figure.savefig(out, format="svg", metadata={"Date": None})
     width = 72.0 * float(figure.get_figwidth())
     plt.close(figure)
-    return Picture(name, caption, alt, inline(out.getvalue(), name), width)
+    return Picture(name, caption, alt, inline(out.getvalue(), prefix + name), width)
+
+
+def pictures(
+    drawings: Iterable[Drawn], folder: Path | None = None, formats: tuple[str, ...] = (), prefix: str = ""
+) -> tuple[Picture, ...]:
+    """Take drawings into a page one after the other, each closed before the next one is made.
+
+    Parameters
+    ----------
+    drawings : iterable of Drawn
+    folder, formats, prefix
+        As in `picture`.
+
+    Returns
+    -------
+    tuple of Picture
+    """
+    return tuple(picture(*drawn, folder, formats, prefix) for drawn in drawings)
 
 
 def _figure(drawing: Axes | Figure | Iterable[Axes]) -> Figure:
