@@ -451,6 +451,7 @@ def export(
     ] = False,
     speed: Annotated[str, typer.Option(help="spin speed: '9000 rpm'")] = "0 rpm",
     period: Annotated[str, typer.Option(help="sampling period of controllers: '50 us'")] = "50 us",
+    method: Annotated[str, typer.Option(help="discretisation of controllers: tustin or hold")] = "tustin",
     modes: Annotated[int, typer.Option(min=1, help="lowest modes that are kept, in each plane")] = 8,
     as_json: Json = False,
 ) -> None:
@@ -459,14 +460,18 @@ def export(
     from .console_export import export as write
     from .spec.files import load
     from .spec.problem_files import load_optimum
+    from .spec.sampling import Sampling
 
     machine = load_optimum(target, variant) if optimum else load(target, variant)
     if out.exists() and not out.is_dir():
         raise SpecError("is a file", field="--out", got=str(out), remedy="name a folder")
-    spin, sampled = _quantity(speed, "rad/s", "--speed"), _quantity(period, "s", "--period")
+    spin, sampling = (
+        _quantity(speed, "rad/s", "--speed"),
+        Sampling(period=_quantity(period, "s", "--period"), method=method),
+    )
     with _staging(out) as folder, console.working("exporting"):
         assert folder is not None
-        files = write(machine, to, folder, spin, sampled, modes)
+        files = write(machine, to, folder, spin, sampling, modes)
     document = {"name": machine.name, "to": to, "files": [str(out / f) for f in files]}
     _print(as_json, document, lambda: typer.echo("\n".join(document["files"])))
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from .errors import SpecError
 from .spec.machine import Machine
+from .spec.sampling import Sampling
 
 TARGETS = ("c", "control", "fmu", "mat", "ross")
 
 
-def export(machine: Machine, to: str, folder: Path, speed: float, period: float, modes: int) -> list[str]:
+def export(machine: Machine, to: str, folder: Path, speed: float, sampling: Sampling, modes: int) -> list[str]:
     """Write a machine for another program.
 
     Parameters
@@ -24,8 +25,8 @@ def export(machine: Machine, to: str, folder: Path, speed: float, period: float,
         Where the files go.
     speed : float
         Spin speed [rad/s] of state spaces and controllers, and the first one of the unit.
-    period : float
-        Sampling period of controllers [s].
+    sampling : Sampling
+        Of controllers.
     modes : int
         Lowest modes that are kept, in each plane.
 
@@ -43,13 +44,13 @@ def export(machine: Machine, to: str, folder: Path, speed: float, period: float,
         raise SpecError("is no target", field="--to", got=to, remedy="choose one of " + ", ".join(TARGETS))
     before = set(os.listdir(folder))
     if to == "c":
-        _c(machine, folder, speed, period, modes)
+        _c(machine, folder, speed, sampling, modes)
     elif to == "fmu":
         from .interop.fmu import controller_fmu, model_fmu
 
         model_fmu(machine, folder / "model.fmu", speed, modes)
         if _has_controller(machine):
-            controller_fmu(machine, folder / "controller.fmu", period, speed)
+            controller_fmu(machine, folder / "controller.fmu", sampling, speed)
     elif to == "ross":
         from .interop.ross import save_ross
 
@@ -59,14 +60,14 @@ def export(machine: Machine, to: str, folder: Path, speed: float, period: float,
     return sorted(set(os.listdir(folder)) - before)
 
 
-def _c(machine: Machine, folder: Path, speed: float, period: float, modes: int) -> None:
+def _c(machine: Machine, folder: Path, speed: float, sampling: Sampling, modes: int) -> None:
     from .interop.ccode import controller_code, function_code
     from .study.loop import closed_loop
 
     loop = closed_loop(machine)
     function_code([loop.function("rhs", modes=modes), loop.function("loads", modes=modes)], folder, "model")
     if _has_controller(machine):
-        controller_code(machine, folder, period, speed)
+        controller_code(machine, folder, sampling, speed)
 
 
 def _state_spaces(machine: Machine, folder: Path, to: str, speed: float, modes: int) -> None:

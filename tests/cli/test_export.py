@@ -47,12 +47,17 @@ def test_c_and_ross(tmp_path: Path) -> None:
         "model.c",
         "model.h",
     ]
+    assert "trapezoidal rule" in (tmp_path / "out" / "controller.c").read_text()
+    files("c", tmp_path, "thesis-tuned", "--modes", "2", "--method", "hold")
+    assert "held between samples" in (tmp_path / "out" / "controller.c").read_text()
     assert files("ross", tmp_path, "friswell-5-9-1") == ["rotor.toml"]
 
 
 def test_mistakes_leave_nothing(tmp_path: Path) -> None:
     for arguments, message in (
         (["thesis-tuned", "--to", "step"], "is no target; choose one of c, control, fmu, mat, ross"),
+        (["thesis-tuned", "--to", "c", "--method", "zoh"], "method = 'zoh' is not known; choose one of tustin, hold"),
+        (["thesis-tuned", "--to", "c", "--period", "0 s"], "period = 0 s must be positive"),
         (["thesis-tuned", "--to", "ross"], "holds magnets, which ROSS does not have"),
     ):
         result = RUN.invoke(app, ["export", *arguments, "--out", str(tmp_path / "out")])

@@ -20,6 +20,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore"),
 ]
 PERIOD = 5e-5
+SAMPLING = ad.Sampling(period=PERIOD)
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +51,12 @@ def test_model_unit_moves_as_the_simulation(fmpy: Any, machine: ad.Machine, tmp_
     within_absolute(table / scale, expected / scale, 1e-5, "currents and forces")
 
 
-def test_controller_unit_answers_sample_by_sample(fmpy: Any, machine: ad.Machine, tmp_path: Path) -> None:
-    file = tmp_path / "law.fmu"
-    controller_fmu(machine, file, PERIOD)
+@pytest.mark.parametrize("method", ["tustin", "hold"])
+def test_controller_unit_answers_sample_by_sample(fmpy: Any, machine: ad.Machine, tmp_path: Path, method: str) -> None:
+    file, sampling = tmp_path / "law.fmu", ad.Sampling(period=PERIOD, method=method)
+    controller_fmu(machine, file, sampling)
     assert fmpy.validation.validate_fmu(str(file)) == []
-    law, count = discrete(machine, PERIOD), 60
+    law, count = discrete(machine, sampling), 60
     seen = 1e-5 * np.random.default_rng(5).standard_normal((count + 1, 4))
     signal = np.array(
         [(k * PERIOD, *row) for k, row in enumerate(seen)], dtype=[("time", float), *[(n, float) for n in law.inputs]]
@@ -69,12 +71,12 @@ def test_controller_unit_answers_sample_by_sample(fmpy: Any, machine: ad.Machine
 
 def test_mistakes_are_named(machine: ad.Machine, tmp_path: Path) -> None:
     with pytest.raises(ad.SpecError, match=r"is no \.fmu file"):
-        controller_fmu(machine, tmp_path / "law.zip", PERIOD)
+        controller_fmu(machine, tmp_path / "law.zip", SAMPLING)
 
 
 def test_what_is_missing_is_said_at_once(machine: ad.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmpy", None)
-    for make in (model_fmu, lambda m, file: controller_fmu(m, file, PERIOD)):
+    for make in (model_fmu, lambda m, file: controller_fmu(m, file, SAMPLING)):
         with pytest.raises(ad.SolveError, match="fmpy is not installed; run: pip install fmpy"):
             make(machine, tmp_path / "unit.fmu")
     assert not list(tmp_path.iterdir())

@@ -14,11 +14,13 @@ from .. import __version__
 from ..analysis.system import Array
 from ..errors import SpecError
 from ..spec.machine import Machine
+from ..spec.sampling import Sampling
 from .discrete import Discrete, discrete
 
 TEMPLATE = """/* {title}
  *
  * Sampled every {period} s:  i = c x + d y,  then  x = a x + b y.
+ * Made discrete {method}.
  * y: {inputs} [m]
  * i: {outputs} [A]
  * Made by amb_design {version}.
@@ -77,10 +79,13 @@ void {name}_step({name}_state *self, const {name}_real *y, {name}_real *current)
 """
 
 
+METHODS = {"tustin": "by the trapezoidal rule (Tustin)", "hold": "exactly for inputs that are held between samples"}
+
+
 def controller_code(
     machine: Machine,
     folder: str | os.PathLike[str],
-    period: float,
+    sampling: Sampling,
     speed: float = 0.0,
     name: str = "controller",
 ) -> tuple[Path, Path]:
@@ -91,8 +96,8 @@ def controller_code(
     machine : Machine
     folder : path
         Where ``name.c`` and ``name.h`` go; it must exist.
-    period : float
-        Sampling period [s].
+    sampling : Sampling
+        As in `discrete`: period and method.
     speed : float
         Spin speed [rad/s], for gains that follow it.
     name : str
@@ -111,12 +116,13 @@ def controller_code(
     """
     if not re.fullmatch(r"[A-Za-z]\w*", name):
         raise SpecError("is no name for a C function", field="name", got=name, remedy="use letters and digits")
-    law = discrete(machine, period, speed)
+    law = discrete(machine, sampling, speed)
     known = {
         "title": f"Controllers of {machine.name} at {speed:g} rad/s".replace("*/", ""),
         "name": name,
         "upper": name.upper(),
-        "period": repr(float(period)),
+        "period": repr(float(sampling.period)),
+        "method": METHODS[sampling.method],
         "states": len(law.a),
         "n_in": len(law.inputs),
         "n_out": len(law.outputs),

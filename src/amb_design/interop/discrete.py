@@ -1,18 +1,18 @@
-"""The controllers as a digital processor runs them: matrices for a fixed sampling period."""
+"""The controllers as a digital processor runs them: the difference equations that sampled analyses judge."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg as sla
 
-from ..analysis.sampled import with_chains
+from ..analysis.sampled import discretised, with_chains
 from ..analysis.system import Array
 from ..errors import ModelError
 from ..model.parametric import parametric
 from ..spec.controller import Chain
 from ..spec.machine import Machine
+from ..spec.sampling import Sampling
 from ..synthesis.design import synthesise
 from .control import controller_matrices
 
@@ -24,8 +24,7 @@ class Discrete:
     Attributes
     ----------
     a, b, c, d : ndarray
-    period : float
-        [s]
+    sampling : Sampling
     inputs, outputs : tuple of str
         Displacements at the sensors [m], and the current commands that the amplifiers follow [A].
     """
@@ -34,7 +33,7 @@ class Discrete:
     b: Array
     c: Array
     d: Array
-    period: float
+    sampling: Sampling
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
 
@@ -56,14 +55,14 @@ class Discrete:
         return np.array(out)
 
 
-def discrete(machine: Machine, period: float, speed: float = 0.0) -> Discrete:
-    """All controllers of a machine in front of their amplifiers, exact for inputs that are held between samples.
+def discrete(machine: Machine, sampling: Sampling, speed: float = 0.0) -> Discrete:
+    """All controllers of a machine in front of their amplifiers, as `sampled_stability` and `simulate` have them.
 
     Parameters
     ----------
     machine : Machine
-    period : float
-        Sampling period [s].
+    sampling : Sampling
+        Period and method. Its delay is the processor's, and no part of the law.
     speed : float
         Spin speed [rad/s], for gains that follow it.
 
@@ -75,10 +74,8 @@ def discrete(machine: Machine, period: float, speed: float = 0.0) -> Discrete:
     Raises
     ------
     ModelError
-        If the period is not positive, there is no controller, or one differentiates without a low-pass.
+        If there is no controller, or one differentiates without a low-pass.
     """
-    if not (np.isfinite(period) and period > 0.0):
-        raise ModelError(f"period = {period:g} s must be positive and finite")
     machine = synthesise(machine)
     loop = parametric(with_chains(machine, amplifier=None, delay=0.0), complex_form=False)
     if not loop.plant.blocks:
@@ -90,14 +87,10 @@ def discrete(machine: Machine, period: float, speed: float = 0.0) -> Discrete:
         raise ModelError(
             f"{machine.name} differentiates displacements without a low-pass, which no sampled controller can; give it one"
         )
-    gains = np.array([_gain(machine, k) for k in range(n)])
-    whole = sla.expm(period * np.block([[a, b[:, :n]], [np.zeros((n, len(a) + n))]]))
+    gains = np.array([[_gain(machine, k)] for k in range(n)])
     return Discrete(
-        whole[: len(a), : len(a)],
-        whole[: len(a), len(a) :],
-        gains[:, None] * c,
-        gains[:, None] * d[:, :n],
-        period,
+        *discretised(a, b[:, :n], gains * c, gains * d[:, :n], sampling),
+        sampling,
         tuple(f"displacement {x}" for x in axes),
         tuple(f"current {x}" for x in axes),
     )

@@ -23,6 +23,7 @@ import casadi as ca
 from .. import __version__
 from ..errors import SolveError, SpecError
 from ..spec.machine import Machine
+from ..spec.sampling import Sampling
 from ..study.loop import closed_loop
 from .ccode import controller_code
 from .discrete import discrete
@@ -95,7 +96,7 @@ def model_fmu(machine: Machine, file: str | os.PathLike[str], speed: float = 0.0
         _pack(machine, Path(file), Path(folder), "model", defines, (inputs, outputs, states), None, tools)
 
 
-def controller_fmu(machine: Machine, file: str | os.PathLike[str], period: float, speed: float = 0.0) -> None:
+def controller_fmu(machine: Machine, file: str | os.PathLike[str], sampling: Sampling, speed: float = 0.0) -> None:
     """The sampled controllers as a unit for co-simulation.
 
     Parameters
@@ -103,8 +104,8 @@ def controller_fmu(machine: Machine, file: str | os.PathLike[str], period: float
     machine : Machine
     file : path
         Its name ends in ``.fmu``.
-    period : float
-        Sampling period [s]; communication steps must be multiples of it.
+    sampling : Sampling
+        As in `amb_design.interop.discrete.discrete`; communication steps must be multiples of its period.
     speed : float
         Spin speed [rad/s], for gains that follow it.
 
@@ -116,11 +117,12 @@ def controller_fmu(machine: Machine, file: str | os.PathLike[str], period: float
         As in `amb_design.interop.discrete.discrete`.
     """
     tools = _tools(file)
-    law = discrete(machine, period, speed)
+    law = discrete(machine, sampling, speed)
     inputs = [_Variable(n, "m", "input", "of the shaft at the sensor", 0.0) for n in law.inputs]
     outputs = [_Variable(n, "A", "output", "command to the amplifier") for n in law.outputs]
     with tempfile.TemporaryDirectory() as folder:
-        controller_code(machine, folder, period, speed)
+        controller_code(machine, folder, sampling, speed)
+        period = float(sampling.period)
         defines = {"NX": len(law.a), "NU": len(inputs), "NY": len(outputs), "PERIOD": repr(period)}
         _pack(machine, Path(file), Path(folder), "controller", defines, (inputs, outputs, []), period, tools)
 
@@ -147,7 +149,8 @@ def _pack(
     tools: tuple[str, Path],
 ) -> None:
     compiler, headers = tools
-    token = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{kind} {__version__} {machine!r} {defines}')}}}"
+    law = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.[ch]")))
+    token = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{kind} {__version__} {machine!r} {defines} {law}')}}}"
     starts = ", ".join(repr(float(v.start or 0.0)) for v in variables[0])
     defines = {**defines, "STARTS": f"{{ {starts} }}"}
     head = "".join(f"#define {k} {v}\n" for k, v in defines.items()) + f'#define TOKEN "{token}"\n'
