@@ -40,16 +40,21 @@ def test_state_spaces(tmp_path: Path) -> None:
     assert again["inputs"][0].strip() == "current magnets[0] y"
 
 
-def test_c_and_ross(tmp_path: Path) -> None:
-    assert files("c", tmp_path, "thesis-tuned", "--modes", "2") == [
-        "controller.c",
-        "controller.h",
-        "model.c",
-        "model.h",
-    ]
-    assert "trapezoidal rule" in (tmp_path / "out" / "controller.c").read_text()
-    files("c", tmp_path, "thesis-tuned", "--modes", "2", "--method", "hold")
-    assert "held between samples" in (tmp_path / "out" / "controller.c").read_text()
+@pytest.mark.parametrize(
+    ("target", "method", "told"),
+    [
+        (["thesis-tuned"], [], "by the trapezoidal rule"),
+        (["thesis-tuned"], ["--method", "hold"], "exactly for inputs that are held"),
+        (["tum-rig-pid-vs-lqg", "--variant", "lqg", "--optimum"], [], "by the trapezoidal rule"),
+    ],
+)
+def test_c(tmp_path: Path, target: list[str], method: list[str], told: str) -> None:
+    written = files("c", tmp_path, *target, "--modes", "2", *method)
+    assert written == ["controller.c", "controller.h", "model.c", "model.h"]
+    assert f"Made discrete {told}" in (tmp_path / "out" / "controller.c").read_text()
+
+
+def test_ross(tmp_path: Path) -> None:
     assert files("ross", tmp_path, "friswell-5-9-1") == ["rotor.toml"]
 
 

@@ -78,7 +78,6 @@ void {name}_step({name}_state *self, const {name}_real *y, {name}_real *current)
 #endif
 """
 
-
 METHODS = {"tustin": "by the trapezoidal rule (Tustin)", "hold": "exactly for inputs that are held between samples"}
 
 
@@ -121,7 +120,7 @@ def controller_code(
         "title": f"Controllers of {machine.name} at {speed:g} rad/s".replace("*/", ""),
         "name": name,
         "upper": name.upper(),
-        "period": repr(float(sampling.period)),
+        "period": f"{float(sampling.period):.15g}",
         "method": METHODS[sampling.method],
         "states": len(law.a),
         "n_in": len(law.inputs),
