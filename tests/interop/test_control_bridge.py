@@ -38,6 +38,7 @@ def test_feedback_of_plant_and_controller_is_the_closed_loop(machine: ad.Machine
     closed = control.feedback(plant, law, sign=1)
     frequencies = np.array([10.0, 300.0, 2000.0])
     whole = to_ss(machine, SPEED)
+    assert whole.state_labels[-law.nstates :] == law.state_labels
     a, b = (s.frequency_response(frequencies).complex for s in (closed, whole))
     assert a.shape == (len(names), len(names), 3)
     within_absolute(a / np.abs(b).max(), b / np.abs(b).max(), 1e-9, "closed loop")

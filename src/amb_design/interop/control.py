@@ -9,6 +9,7 @@ import numpy as np
 
 from ..analysis.system import Array, System, dense, system
 from ..errors import ModelError
+from ..model.loop import Structure
 from ..model.motion import controller, state_names
 from ..model.parametric import parametric
 from ..spec.controller import Chain, Matrices, StateSpace
@@ -57,7 +58,7 @@ def to_ss(machine: Machine, speed: float = 0.0, part: str = "closed_loop", modes
         loop = system(bare, complex_form=False)
         if modes is not None:
             loop = loop.truncated(min(2 * modes, loop.displacements))
-        matrices, states = _rotor(loop, speed), _rotor_states(loop)
+        matrices, states = _rotor(loop, speed), [*_modes(loop), *_law_states(loop.plant)]
         names = [a.name for a in loop.plant.axes]
         inputs, outputs = [f"current {n}" for n in names], [f"displacement {n}" for n in names]
     if not inputs:
@@ -163,13 +164,13 @@ def _rotor(loop: System, speed: float) -> tuple[Array, Array, Array, Array]:
     return loop.matrix(speed), inputs, outputs, np.zeros((len(outputs), inputs.shape[1]))
 
 
-def _rotor_states(loop: System) -> list[str]:
-    modes = [f"mode {k} {what}" for what in ("place", "rate") for k in range(loop.kept)]
-    own = []
-    for block in loop.plant.blocks:
-        label = loop.plant.axes[block.axes[0]].name if len(block.axes) == 1 else "magnets"
-        own += [f"{label}: {state} {k}" for k, state in enumerate(block.law.states)]
-    return modes + own
+def _modes(loop: System) -> list[str]:
+    return [f"mode {k} {what}" for what in ("place", "rate") for k in range(loop.kept)]
+
+
+def _law_states(plant: Structure) -> list[str]:
+    """Numbered, for python-control wants them all different."""
+    return [f"{name} {k}" for k, name in enumerate(state_names(plant))]
 
 
 def _controller(machine: Machine, speed: float) -> tuple[tuple[Array, ...], list[str], list[str], list[str]]:
@@ -179,8 +180,7 @@ def _controller(machine: Machine, speed: float) -> tuple[tuple[Array, ...], list
     inputs = [f"displacement {n}" for n in axes] + [f"velocity {n}" for n in axes]
     if not (b[:, len(axes) :].any() or d[:, len(axes) :].any()):
         b, d, inputs = b[:, : len(axes)], d[:, : len(axes)], inputs[: len(axes)]
-    states = [f"{name} {k}" for k, name in enumerate(state_names(loop))]
-    return (a, b, c, d), states, inputs, [f"current {n}" for n in axes]
+    return (a, b, c, d), _law_states(loop.plant), inputs, [f"current {n}" for n in axes]
 
 
 def controller_matrices(loop: Any, speed: float) -> tuple[Array, Array, Array, Array]:

@@ -16,6 +16,7 @@ import casadi as ca
 from ..errors import ModelError
 from ..spec.machine import Machine
 from . import magnet as magnetics
+from .loop import Structure
 from .mesh import Mesh
 from .pair import Affine, Matrix
 from .parametric import Parametric, parametric
@@ -106,11 +107,17 @@ def _at(part: Affine, speed: Any) -> Any:
     return part.constant.re + speed * part.rate.re
 
 
-def state_names(loop: Parametric) -> tuple[str, ...]:
-    """Names of the controllers' states: ``"magnets[0] y: low_pass.output"``."""
+def state_names(plant: Structure) -> tuple[str, ...]:
+    """Names of the controllers' states: ``"magnets[0] y: low_pass.output"``.
+
+    Parameters
+    ----------
+    plant : Structure
+        In real form.
+    """
     names = []
-    for block in loop.plant.blocks:
-        label = loop.plant.axes[block.axes[0]].name if len(block.axes) == 1 else "magnets"
+    for block in plant.blocks:
+        label = plant.axes[block.axes[0]].name if len(block.axes) == 1 else "magnets"
         names += [f"{label}: {state}" for state in block.law.states]
     return tuple(names)
 

@@ -121,7 +121,7 @@ class ClosedLoop(Parametric):
     @property
     def controller_states(self) -> tuple[str, ...]:
         """Names of the controllers' states in the Functions ``controller`` and ``rhs``."""
-        return motion.state_names(self._real)
+        return motion.state_names(self._real.plant)
 
     def function(self, name: str, **options: Any) -> ca.Function:
         """A Function of p.
