@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from amb_design import cli
 from spec.bad_files import BAD_FILES, GOOD, BadFile, write
 
 FAST = """
@@ -41,20 +40,6 @@ position = 1.5
 stiffness = 1e6
 damping = 200
 """
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command line inside this process: exit status, standard output, standard error."""
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["amb-design", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture

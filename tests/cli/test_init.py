@@ -12,24 +12,11 @@ from pathlib import Path
 import pytest
 
 import amb_design as ad
-from amb_design import cli
 from amb_design.analysis.outline import outline
 from amb_design.spec.templates import KINDS, start, template
 from report.pages import read
 
 README = Path(__file__).parents[2] / "README.md"
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["amb-design", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return call
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import pytest
 
 import amb_design as ad
-from amb_design import cli
 from cli.test_cli import FAST
 from report.pages import read
 
@@ -27,18 +25,6 @@ damping_ratio = { limit = 0.02, window = ["1 Hz", "1000 Hz"] }
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["amb-design", "optimise", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return call
-
-
-@pytest.fixture
 def folder(tmp_path):
     def make(text: str = 'maximise = "stability_limit"\n'):
         (tmp_path / "machine.toml").write_text(
@@ -53,7 +39,9 @@ def folder(tmp_path):
 
 def test_design_table_files_and_resume(run, folder, tmp_path):
     out = tmp_path / "out"
-    status, text, progress = run(str(folder()), "--starts", "2", "--workers", "1", "--out", str(out), "--relax")
+    status, text, progress = run(
+        "optimise", str(folder()), "--starts", "2", "--workers", "1", "--out", str(out), "--relax"
+    )
     assert status == 0
     assert "verified optimum: stable and within all limits up to" in text
     for words in (
@@ -94,7 +82,7 @@ def test_design_table_files_and_resume(run, folder, tmp_path):
     machine = ad.load(out / "design.toml")
     limit = ad.stability_limit(machine)
     assert limit.speed_rpm >= document["speed_rpm"] * (1.0 - 1e-6)
-    again = run(str(folder()), "--starts", "2", "--workers", "1", "--out", str(out), "--resume", "--json")
+    again = run("optimise", str(folder()), "--starts", "2", "--workers", "1", "--out", str(out), "--resume", "--json")
     assert again[0] == 0
     resumed = json.loads(again[1])
     assert resumed["starts"] == document["starts"]
@@ -102,7 +90,9 @@ def test_design_table_files_and_resume(run, folder, tmp_path):
 
 
 def test_json_says_what_others_rely_on(run, folder):
-    status, text, _ = run(str(folder()), "--starts", "1", "--json", "--pareto", "damping_ratio=0.015:0.03:2")
+    status, text, _ = run(
+        "optimise", str(folder()), "--starts", "1", "--json", "--pareto", "damping_ratio=0.015:0.03:2"
+    )
     assert status == 0
     d = json.loads(text)
     assert {"before", "after", "variables", "limits", "status", "verified", "eigensolves", "cpu_seconds"} <= set(d)
@@ -117,7 +107,7 @@ def test_infeasible_problem_names_what_conflicts(run, folder, tmp_path):
     text = (path / "problem.toml").read_text().replace("limit = 0.02", "limit = 0.6")
     (path / "problem.toml").write_text(text)
     out = tmp_path / "none"
-    status, text, error = run(str(path), "--starts", "1", "--out", str(out))
+    status, text, error = run("optimise", str(path), "--starts", "1", "--out", str(out))
     assert status == 3
     assert "No design keeps all limits." in text
     last = error.strip().splitlines()[-1]
@@ -139,7 +129,7 @@ def test_infeasible_problem_names_what_conflicts(run, folder, tmp_path):
     ],
 )
 def test_wrong_options(run, folder, arguments, words):
-    status, text, error = run(str(folder()), *arguments)
+    status, text, error = run("optimise", str(folder()), *arguments)
     assert (status, text) == (2, "")
     assert words in " ".join(error.split())
     assert len(error.strip().splitlines()) == 1
@@ -151,13 +141,13 @@ def test_objective_that_is_no_speed(run, folder):
     (path / "problem.toml").write_text(
         text.replace("[free]\n", '[free]\n"rotor.shaft.segments[0].outer_diameter" = ["40 mm", "60 mm"]\n')
     )
-    status, text, _ = run(str(path), "--starts", "1")
+    status, text, _ = run("optimise", str(path), "--starts", "1")
     assert status == 0
     assert "verified optimum: mass" in text
 
 
 def test_folder_without_a_problem(run, tmp_path):
     (tmp_path / "machine.toml").write_text(FAST)
-    status, _, error = run(str(tmp_path))
+    status, _, error = run("optimise", str(tmp_path))
     assert status == 2
     assert len(error.strip().splitlines()) == 1

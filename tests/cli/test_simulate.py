@@ -4,30 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design import cli
 from checks import within
 from transient.rotors import levitated
 
 RUN = ("--duration", "0.02 s", "--speed", "2000 rpm", "--modes", "6")
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["amb-design", "simulate", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture
@@ -38,7 +24,7 @@ def machine(tmp_path) -> str:
 
 
 def test_json_is_what_the_function_finds(run, machine):
-    status, text, _ = run(machine, *RUN, "--json", "--start", "resting")
+    status, text, _ = run("simulate", machine, *RUN, "--json", "--start", "resting")
     found = json.loads(text)
     result = ad.simulate(ad.load(machine), 0.02, speed=ad.rpm(2000.0), modes=6, start="resting", contact=True)
     assert status == 0
@@ -53,9 +39,8 @@ def test_json_is_what_the_function_finds(run, machine):
 
 def test_run_up_with_figures_and_its_continuation(run, machine, tmp_path):
     out = tmp_path / "up"
-    status, text, _ = run(
-        machine, "--duration", "0.4 s", "--run-up", "0 rpm", "6000 rpm", "--modes", "4", "--linear", "--out", str(out)
-    )
+    rise = ("--duration", "0.4 s", "--run-up", "0 rpm", "6000 rpm", "--modes", "4", "--linear")
+    status, text, _ = run("simulate", machine, *rise, "--out", str(out))
     assert status == 0
     for words in ("from 0 to 6000 rpm, 20 turns", "Largest values at the magnets", "simulation.npz"):
         assert words in text
@@ -63,17 +48,8 @@ def test_run_up_with_figures_and_its_continuation(run, machine, tmp_path):
     assert {p.name for p in out.iterdir()} == {f"{d}.png" for d in drawn} | {"simulation.npz", "simulation.json"}
     first = ad.load_transient(out / "simulation.npz")
     assert first.final.time == 0.4
-    status, text, _ = run(
-        machine,
-        *RUN[:2],
-        "--run-up",
-        "6000 rpm",
-        "5000 rpm",
-        *RUN[4:],
-        "--json",
-        "--start",
-        str(out / "simulation.npz"),
-    )
+    fall = (*RUN[:2], "--run-up", "6000 rpm", "5000 rpm", *RUN[4:])
+    status, text, _ = run("simulate", machine, *fall, "--json", "--start", str(out / "simulation.npz"))
     found = json.loads(text)
     assert status == 0
     assert (found["start_s"], found["end_s"]) == (0.4, pytest.approx(0.42))
@@ -93,10 +69,10 @@ def test_an_interrupted_run_goes_on(run, machine, tmp_path):
         ad.simulate(ad.load(machine), 0.04, path=out / "chunks", progress=stop, **options)
     kept = len(list((out / "chunks").glob("chunk-*.npz")))
     assert kept >= 2
-    status, text, error = run(machine, *long)
+    status, text, error = run("simulate", machine, *long)
     assert (status, text) == (2, "")
     assert "already holds chunks of a run; resume it, or name another folder" in error
-    status, _, _ = run(machine, *long, "--resume")
+    status, _, _ = run("simulate", machine, *long, "--resume")
     assert status == 0
     assert not (out / "chunks").exists()
     whole = ad.simulate(ad.load(machine), 0.04, **options)
@@ -134,7 +110,7 @@ def test_what_cannot_be_done_is_one_sentence(run, machine, tmp_path, monkeypatch
     if "--out" not in arguments:
         arguments = (*arguments, "--out", "never")
     before = sorted(tmp_path.rglob("*"))
-    found, text, error = run(machine, *arguments)
+    found, text, error = run("simulate", machine, *arguments)
     assert (found, text) == (status, "")
     assert words in error
     assert error.count("\n") == 1
@@ -142,7 +118,7 @@ def test_what_cannot_be_done_is_one_sentence(run, machine, tmp_path, monkeypatch
 
 
 def test_a_resumption_needs_its_folder(run, machine):
-    status, text, error = run(machine, *RUN, "--resume")
+    status, text, error = run("simulate", machine, *RUN, "--resume")
     assert (status, text) == (2, "")
     assert "--resume needs the folder of the run; add --out FOLDER" in error
 
@@ -151,7 +127,7 @@ def test_too_heavy_a_rotor_is_status_3(run, tmp_path):
     file = tmp_path / "heavy.toml"
     heavy = ad.replace(levitated(), {"rotor.disks.mass": 80.0})
     ad.save(dataclasses.replace(heavy, source={"title": "a test"}), file)
-    status, text, error = run(str(file), *RUN)
+    status, text, error = run("simulate", str(file), *RUN)
     assert (status, text) == (3, "")
     assert "do not carry the weight" in error
 
@@ -160,10 +136,10 @@ def test_the_stored_optimum_of_a_variant(run):
     """A regulator with observer that follows the speed; on stiff bearings, where integral action and weight do not go together."""
     which = ("thesis-pid-vs-lqg", "--optimum", "--variant", "scheduled")
     options = ("--duration", "0.02 s", "--run-up", "2000 rpm", "4000 rpm", "--modes", "8", "--json")
-    status, text, error = run(*which, *options)
+    status, text, error = run("simulate", *which, *options)
     assert (status, text) == (3, "")
     assert "do not carry the weight; start it centred or without gravity" in error
-    status, text, _ = run(*which, *options, "--no-gravity")
+    status, text, _ = run("simulate", *which, *options, "--no-gravity")
     found = json.loads(text)
     assert (status, found["name"], found["stopped"]) == (0, "thesis-pid-vs-lqg: scheduled", "")
     assert found["energy_error"] < 1e-4

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
 import amb_design as ad
-from amb_design import cli
 from amb_design.spec.comparison_files import design_time
 from compare.loops import levitated
 from report.pages import read
@@ -51,18 +49,6 @@ def folder(tmp_path: Path) -> Path:
     ad.save(machine, tmp_path / "soft.toml")
     (tmp_path / "comparison.toml").write_text(GOOD)
     return tmp_path
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["amb-design", "compare", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return call
 
 
 def test_a_file_says_it_all(folder: Path) -> None:
@@ -168,7 +154,7 @@ def test_bad_files(name: str, folder: Path, run) -> None:
     old, new, words = BAD[name]
     assert old in GOOD
     (folder / "comparison.toml").write_text(GOOD.replace(old, new, 1))
-    status, output, errors = run(str(folder), "--out", str(folder / "out"))
+    status, output, errors = run("compare", str(folder), "--out", str(folder / "out"))
     assert (status, output) == (2, "")
     assert words.removeprefix("two: ") in errors
     assert len(errors.strip().splitlines()) == 1
@@ -178,7 +164,7 @@ def test_bad_files(name: str, folder: Path, run) -> None:
 
 def test_table_json_and_files(folder: Path, run) -> None:
     out = folder / "out"
-    status, text, _ = run(str(folder), "--out", str(out))
+    status, text, _ = run("compare", str(folder), "--out", str(out))
     assert status == 0
     for words in (
         "two: Which is better?",
@@ -203,7 +189,7 @@ def test_table_json_and_files(folder: Path, run) -> None:
         assert words in told
     assert all((out / f"{f}.png").stat().st_size > 10_000 for f in figures)
     stored = json.loads((out / "comparison.json").read_text())
-    status, text, _ = run(str(folder), "--json")
+    status, text, _ = run("compare", str(folder), "--json")
     assert status == 0
     assert json.loads(text) == stored
     assert stored["designs"]["stiff"]["design_time"] == 120.0
@@ -214,9 +200,8 @@ def test_several_machines(folder: Path, run) -> None:
     other = ad.replace(levitated(), {"name": "other", "controller.kd": 35.0, "source": {"title": "a test"}})
     other = ad.replace(other, {"operation": ad.Operation(top_speed=400.0)})
     ad.save(other, folder / "other.toml")
-    status, text, _ = run(
-        str(folder / "soft.toml"), str(folder / "other.toml"), "--samples", "1", "--speed", "1500 rpm", "--json"
-    )
+    both = (str(folder / "soft.toml"), str(folder / "other.toml"))
+    status, text, _ = run("compare", *both, "--samples", "1", "--speed", "1500 rpm", "--json")
     assert status == 0
     document = json.loads(text)
     assert list(document["designs"]) == ["levitated", "other"]
@@ -238,7 +223,7 @@ def test_several_machines(folder: Path, run) -> None:
     ],
 )
 def test_wrong_arguments(arguments: list[str], words: str, run) -> None:
-    status, output, errors = run(*arguments)
+    status, output, errors = run("compare", *arguments)
     assert (status, output) == (2, "")
     assert words in errors
     assert len(errors.strip().splitlines()) == 1
