@@ -189,6 +189,13 @@ def _unbroken(x: Array, phase: Array) -> tuple[Array, Array]:
 
 
 def frequency_axis(ax: Axes, result: Sensitivity) -> None:
+    """Give axes the frequencies of a result, in Hz and logarithmic; a frequency of zero is left out.
+
+    Parameters
+    ----------
+    ax : Axes
+    result : Sensitivity
+    """
     ax.set_xscale("log")
     positive = _hz(result)[result.frequencies > 0.0]
     ax.set_xlim(float(positive[0]), float(positive[-1]))
@@ -197,7 +204,15 @@ def frequency_axis(ax: Axes, result: Sensitivity) -> None:
 
 
 def zones(ax: Axes, decibels: bool) -> None:
-    """Bands of the zones, named at the right edge."""
+    """Bands of the zones, named at the right edge.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its final limits.
+    decibels : bool
+        Whether the ordinate is in decibels.
+    """
     bounds = [0.0, *(limit for _, limit in ZONES), 1e6]
     low, high = ax.get_ylim()
     for name, start, stop in zip("ABCD", bounds, bounds[1:], strict=False):
@@ -271,4 +286,15 @@ def _hz(result: Sensitivity) -> Array:
 
 
 def in_decibels(values: Array) -> Array:
+    """Magnitudes in decibels.
+
+    Parameters
+    ----------
+    values : ndarray
+        Not negative; those below 1e-12 count as that, -240 dB.
+
+    Returns
+    -------
+    ndarray of the same shape
+    """
     return np.asarray(20.0 * np.log10(np.maximum(values, 1e-12)))
