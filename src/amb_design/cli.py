@@ -68,7 +68,7 @@ def _options(
 @app.command(name="list")
 def list_problems(as_json: Json = False) -> None:
     """List the packaged problems."""
-    from . import console
+    from .console import problems as console
     from .spec.files import FILE_NAME, PROBLEM_FILE, load, load_variants, packaged
     from .spec.problem_files import load_problem, load_problem_variants
 
@@ -108,8 +108,8 @@ def init(
 @app.command()
 def check(target: Target, variant: Variant = None, as_json: Json = False) -> None:
     """Read a machine file and say in words what it describes."""
-    from . import console
     from .analysis.outline import outline
+    from .console import check as console
 
     documents = {name: outline(machine) for name, machine in _machines(target, variant).items()}
     _print(as_json, _nested(documents), lambda: console.outlines(documents))
@@ -128,8 +128,8 @@ def analyse(
 
     Of more than three variants only the main figures are drawn; name one with --variant for all.
     """
-    from . import console
     from .analysis.published import compare, published_figures
+    from .console import analyse as console
     from .spec.files import resolve
 
     machines, file = _machines(target, variant), resolve(target)
@@ -180,7 +180,8 @@ def optimise(
     as_json: Json = False,
 ) -> None:
     """Find the best design of a problem, and verify it on the full model."""
-    from . import console, console_design
+    from .console import optimise as console
+    from .console.terminal import working
     from .optimise.answers import pareto as trade
     from .optimise.answers import relaxations
     from .optimise.report import document
@@ -197,10 +198,10 @@ def optimise(
     _check_folder(out)
     if resume and out is None:
         raise SpecError("needs the folder of the starts", field="--resume", remedy="add --out FOLDER")
-    with console_design.progress(starts, problem.objective.kind.unit) as report:
+    with console.progress(starts, problem.objective.kind.unit) as report:
         folder = None if out is None else out / "starts"
         design = solve(problem, starts, seed, workers=workers, folder=folder, resume=resume, report=report)
-    with _staging(out) as staged, console.working("looking around the optimum"):
+    with _staging(out) as staged, working("looking around the optimum"):
         relaxed = relaxations(design) if relax and design.verified else ()
         traded = {q: trade(design, q, b) for q, b in fronts.items()} if design.verified else {}
         result = document(design, relaxed, traded)
@@ -216,7 +217,7 @@ def optimise(
             inputs = _inputs(locate(target, (PROBLEM_FILE,)))
             page = design_page(design, relaxed, traded, folder=staged, formats=formats, date=_today(), inputs=inputs)
             _report(staged, page)
-    _print(as_json, result, lambda: console_design.design(result, out))
+    _print(as_json, result, lambda: console.design(result, out))
     if not design.verified:
         raise SolveError(f"{problem.name}: {design.status}: {design.explanation()}")
 
@@ -249,7 +250,8 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Simulate a machine in time, with the force law, saturation and clearances of its magnets."""
-    from . import console, console_simulate
+    from .console import simulate as console
+    from .console.terminal import working
     from .spec.files import load
     from .spec.problem_files import load_optimum
     from .spec.sampling import Sampling
@@ -267,7 +269,7 @@ def simulate(
     seconds = _quantity(duration, "s", "--duration")
     origin = 0.0 if isinstance(state, str) else state.time
     chunks = None if out is None else out / "chunks"
-    with console_simulate.progress() as report:
+    with console.progress() as report:
         result = run(
             machine,
             seconds,
@@ -286,9 +288,9 @@ def simulate(
             progress=report,
         )
     summary = document(result)
-    with _staging(out) as staged, console.working("drawing"):
+    with _staging(out) as staged, working("drawing"):
         if staged is not None:
-            from .simulation_figures import save_simulation_figures
+            from .report.simulation_figures import save_simulation_figures
 
             result.save(staged / "simulation.npz")
             text = json.dumps(summary, indent=2, allow_nan=False)
@@ -296,7 +298,7 @@ def simulate(
             save_simulation_figures(result, staged, ("png", "svg") if svg else ("png",))
     if chunks is not None:
         shutil.rmtree(chunks)  # all of it is in simulation.npz now
-    _print(as_json, summary, lambda: console_simulate.simulation(summary, out))
+    _print(as_json, summary, lambda: console.simulation(summary, out))
 
 
 @app.command()
@@ -319,8 +321,8 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Set designs side by side under the same conditions, and mark the better entry of each line."""
-    from . import console_compare
     from .comparison.compare import compare as run
+    from .console import compare as console
     from .spec.comparison_files import COMPARISON_FILE
     from .spec.files import locate
     from .units import parse_quantity
@@ -334,7 +336,7 @@ def compare(
     asked = _compared(targets, variant, optimum)
     conditions = dataclasses.replace(asked.conditions, **{k: v for k, v in given.items() if v is not None})
     asked = dataclasses.replace(asked, conditions=conditions)
-    with console_compare.progress() as tell:
+    with console.progress() as tell:
         table = run(asked, progress=tell)
         document = table.document()
         with _staging(out) as folder:
@@ -347,7 +349,7 @@ def compare(
                 formats = ("png", "svg") if svg else ("png",)
                 inputs = _inputs(locate(targets[0], (COMPARISON_FILE,)) if len(targets) == 1 else None)
                 _report(folder, comparison_page(table, folder=folder, formats=formats, date=_today(), inputs=inputs))
-    _print(as_json, document, lambda: console_compare.comparison(document, out))
+    _print(as_json, document, lambda: console.comparison(document, out))
 
 
 def _compared(targets: list[str], variant: str | None, optimum: bool) -> Any:
@@ -402,7 +404,8 @@ def prove(
     as_json: Json = False,
 ) -> None:
     """Prove the stability limit of a machine, with a certificate that anybody can check."""
-    from . import console, console_proof
+    from .console import prove as console
+    from .console.terminal import working
     from .proof.claims import prove_stability_limit
     from .spec.files import load
     from .spec.problem_files import load_optimum
@@ -412,14 +415,14 @@ def prove(
     machine = load_optimum(target, variant) if optimum else load(target, variant)
     speed = None if up_to is None else _quantity(up_to, "rad/s", "--up-to")
     tolerances = dict(_tolerance(text) for text in within or ())
-    with console.working("proving"):
+    with working("proving"):
         proof = prove_stability_limit(
             machine, damping_ratio=damping, sensitivity_peak=sensitivity, up_to=speed, within=tolerances
         )
     if out is not None:
         proof.save(out)
     document = {"name": machine.name, **proof.document()}
-    _print(as_json, document, lambda: console_proof.proof(document, out))
+    _print(as_json, document, lambda: console.proof(document, out))
 
 
 @app.command(name="check-proof")
@@ -432,12 +435,12 @@ def check_saved_proof(
     as_json: Json = False,
 ) -> None:
     """Check a certificate."""
-    from . import console_proof
+    from .console import prove as console
     from .proof.claims import check_proof
     from .spec.files import load
 
     statements = check_proof(file, None if machine is None else load(machine, variant))
-    _print(as_json, {"proven": statements}, lambda: console_proof.checked(statements))
+    _print(as_json, {"proven": statements}, lambda: console.checked(statements))
 
 
 @app.command()
@@ -456,8 +459,8 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a machine for another program: state spaces, C code, FMI units, MATLAB files, a rotor of ROSS."""
-    from . import console
-    from .console_export import export as write
+    from .console.export import export as write
+    from .console.terminal import working
     from .spec.files import load
     from .spec.problem_files import load_optimum
     from .spec.sampling import Sampling
@@ -469,7 +472,7 @@ def export(
         _quantity(speed, "rad/s", "--speed"),
         Sampling(period=_quantity(period, "s", "--period"), method=method),
     )
-    with _staging(out) as folder, console.working("exporting"):
+    with _staging(out) as folder, working("exporting"):
         assert folder is not None
         files = write(machine, to, folder, spin, sampling, modes)
     document = {"name": machine.name, "to": to, "files": [str(out / f) for f in files]}
@@ -545,7 +548,7 @@ def _analysed(machines: dict[str, Any], folder: Path | None, workers: int, forma
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
-    from .console import progress
+    from .console.analyse import progress
 
     single, many = len(machines) == 1, len(machines) > 3
     jobs = {

@@ -10,8 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
-from .console import show, terminal
-from .words import comparison as words
+from ..words import comparison as words
+from .terminal import show, terminal
 
 
 @contextmanager

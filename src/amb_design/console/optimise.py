@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .console import show, terminal, warned
-from .optimise.start import INFEASIBLE, Outcome
-from .units import in_words
-from .words import design as words
+from ..optimise.start import INFEASIBLE, Outcome
+from ..units import in_words
+from ..words import design as words
+from .terminal import show, terminal, warned
 
 Document = Mapping[str, Any]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from . import plots
-from .transient.result import Transient
+from .. import plots
+from ..transient.result import Transient
 
 FEW = 40.0
 """Turns that are drawn whole as orbits."""

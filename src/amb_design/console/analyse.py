@@ -7,31 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table as Grid
 
-from .analysis.published import Comparison
-from .words import analysis, machine
-from .words.parts import BETTER, Table
+from ..analysis.published import Comparison
+from ..words import analysis
+from .terminal import show, terminal, warned
 
 Document = Mapping[str, Any]
-
-
-@contextmanager
-def working(text: str) -> Iterator[None]:
-    """A spinner on standard error for what has no steps to count."""
-    with Console(stderr=True).status(text):
-        yield
-
-
-def terminal() -> Console:
-    """Where tables go: standard output, as wide as tables need if it is no terminal."""
-    console = Console(highlight=False, soft_wrap=False)
-    # A pipe has no width; tables must not be squeezed into a guess of 80 columns.
-    return console if console.is_terminal else Console(highlight=False, width=max(console.width, 118))
 
 
 @contextmanager
@@ -63,77 +47,6 @@ def progress(total: int) -> Iterator[Callable[[str], None]]:
             bar.update(task, advance=1, description=f"analysed {name}" if name else "analysed")
 
         yield advance
-
-
-def problems(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print the packaged problems.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        With ``name``, ``source``, ``variants`` (of the machine), ``optimise`` and ``design_variants``.
-    """
-    table = Grid("problem", "commands", "source", "variants", box=None, pad_edge=False)
-    for row in rows:
-        commands = "analyse, optimise" if row["optimise"] else "analyse"
-        lists = {"machine": row["variants"], "design": row["design_variants"]}
-        variants = "\n".join(f"{what}: {', '.join(names)}" for what, names in lists.items() if names)
-        table.add_row(*(escape(t) for t in (row["name"], commands, row["source"], variants)))
-    terminal().print(table)
-
-
-def outlines(documents: Mapping[str, Document]) -> None:
-    """Print what machine files describe.
-
-    Parameters
-    ----------
-    documents : mapping of str to mapping
-        Results of `amb_design.analysis.outline.outline` by variant.
-    """
-    console = terminal()
-    for d in documents.values():
-        console.print(f"[bold]{escape(d['name'])}[/]")
-        if d["source"]:
-            console.print(escape(f"Source: {machine.source(d)}."), style="dim")
-        console.print(escape(" ".join(machine.sentences(d))))
-        warned(console, "Unusual", d["unusual"])
-        console.print()
-        for t in machine.tables(d):
-            show(console, t)
-
-
-def show(console: Console, t: Table) -> None:
-    """Print a table.
-
-    Parameters
-    ----------
-    console : Console
-    t : Table
-    """
-    drawn = Grid(title=escape(t.title), title_justify="left", box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    for heading, align in zip(t.columns, t.align, strict=True):
-        drawn.add_column(escape(heading), justify="right" if align == "r" else "left")
-    for row in t.rows:
-        drawn.add_row(*(f"[bold green]{escape(x)}[/]" if x.endswith(BETTER) else escape(x) for x in row))
-    console.print(drawn)
-    if t.note:
-        console.print(escape(t.note), style="dim")
-    console.print()
-
-
-def warned(console: Console, title: str, lines: Sequence[str]) -> None:
-    """Print a list of sentences under a title; nothing if there are none.
-
-    Parameters
-    ----------
-    console : Console
-    title : str
-    lines : sequence of str
-    """
-    if lines:
-        console.print(f"[bold]{title}[/]")
-    for line in lines:
-        console.print(escape(f"- {line}"), soft_wrap=not console.is_terminal)
 
 
 def analyses(documents: Mapping[str, Document], comparisons: Sequence[Comparison], out: Path | None) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from .console import terminal
+from .terminal import terminal
 
 
 def proof(d: Mapping[str, Any], out: Path | None) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .errors import SpecError
-from .spec.machine import Machine
-from .spec.sampling import Sampling
+from ..errors import SpecError
+from ..spec.machine import Machine
+from ..spec.sampling import Sampling
 
 TARGETS = ("c", "control", "fmu", "mat", "ross")
 
@@ -46,13 +46,13 @@ def export(machine: Machine, to: str, folder: Path, speed: float, sampling: Samp
     if to == "c":
         _c(machine, folder, speed, sampling, modes)
     elif to == "fmu":
-        from .interop.fmu import controller_fmu, model_fmu
+        from ..interop.fmu import controller_fmu, model_fmu
 
         model_fmu(machine, folder / "model.fmu", speed, modes)
         if _has_controller(machine):
             controller_fmu(machine, folder / "controller.fmu", sampling, speed)
     elif to == "ross":
-        from .interop.ross import save_ross
+        from ..interop.ross import save_ross
 
         save_ross(machine, folder / "rotor.toml", elements=2)
     else:
@@ -61,8 +61,8 @@ def export(machine: Machine, to: str, folder: Path, speed: float, sampling: Samp
 
 
 def _c(machine: Machine, folder: Path, speed: float, sampling: Sampling, modes: int) -> None:
-    from .interop.ccode import controller_code, function_code
-    from .study.loop import closed_loop
+    from ..interop.ccode import controller_code, function_code
+    from ..study.loop import closed_loop
 
     loop = closed_loop(machine)
     function_code([loop.function("rhs", modes=modes), loop.function("loads", modes=modes)], folder, "model")
@@ -73,8 +73,8 @@ def _c(machine: Machine, folder: Path, speed: float, sampling: Sampling, modes: 
 def _state_spaces(machine: Machine, folder: Path, to: str, speed: float, modes: int) -> None:
     import numpy as np
 
-    from .interop.control import PARTS, to_ss
-    from .interop.results import save_mat
+    from ..interop.control import PARTS, to_ss
+    from ..interop.results import save_mat
 
     for part in PARTS if _has_controller(machine) else ("plant",):
         s = to_ss(machine, speed, part, modes)
