@@ -7,9 +7,8 @@ which is one of those margins, counts as nothing. The best design of a run is th
 shortened until no limit is violated by more than 1 %, for a search that never saw the full model cannot hold its limits more closely. Our
 own designs must hold them to 1e-4.
 
-Methods without gradients see `Values`, which leave out what only derivatives need, and all that could only make a hopeless point
-worse. BFGS and IPOPT see the rows of our `Evaluator` with their slopes: a dearer evaluation, but value and gradient are one.
-A random point that is looked at for a start is one evaluation, too. Every method begins at the machine as it is, and goes on
+Methods without gradients see `Values`, the same conditions made as cheap as can be where only values are asked. BFGS and IPOPT see
+the rows of our `Evaluator` with their slopes: a dearer evaluation, but value and gradient are one. A random point that is looked at for a start is one evaluation, too. Every method begins at the machine as it is, and goes on
 from random points drawn as ours are. It ends after its budget of evaluations, or when 3000 in a row, over all restarts, have
 not improved its best feasible level by more than 0.1 % (those 3000 are reported as spent; before there is a feasible point
 only the budget counts). Our search takes no budget: a run is the starts 0 to 7 of the seed, each to its own end. Run::
@@ -22,7 +21,6 @@ Finished runs are kept in results/optimisers.json as they arrive, and not run ag
 
 import argparse
 import contextlib
-import copy
 import itertools
 import json
 import math
@@ -34,7 +32,6 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib.metadata import version
 from multiprocessing import get_context
-from unittest.mock import patch
 
 import casadi as ca
 import cma
@@ -44,22 +41,20 @@ from scipy.optimize import differential_evolution, minimize
 from threadpoolctl import threadpool_limits
 
 import amb_design as ad
+from amb_design.analysis.sensitivity import CHECKED_TO
 from amb_design.optimise import nonsmooth
-from amb_design.optimise.evaluation import GUARDED, LOWEST
-from amb_design.optimise.measures import loops, whirl
-from amb_design.optimise.measures.samples import Samples
-from amb_design.optimise.measures.statics import Statics
+from amb_design.optimise.evaluation import GUARDED, LOWEST, _condition
+from amb_design.optimise.measures.whirl import _Outputs as Outputs
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import ALMOST, INFEASIBLE, LOOKED_AT, Effort
-from amb_design.optimise.state import Spectra
 
 PROBLEMS = ("thesis-pid", "tum-rig-pid", "composite-spindle")
 STARTS = 8
 PATIENCE, LEAST = 3000, 1e-3
 TOLERATED = 0.01
 """Violation, on the full model, of designs that were found on the reduced one."""
-FAR = 0.3
-"""Violation at which the rest is no longer asked: it could only make the point worse."""
+FAR, NEAR = 0.3, 0.1
+"""Violations at which the rest, or the complete model, is no longer asked: it could only make the point worse."""
 
 WORTH = 1.0
 """Of a violation of one, in levels: the exact penalty of the methods that take no constraints."""
@@ -68,54 +63,11 @@ WORTH = 1.0
 # --- values alone ----------------------------------------------------------------------------------------------------
 
 
-class Bare:
-    """A state as the measures see it, but with eigenvectors at some speeds only, and slopes of zero."""
-
-    def __init__(self, state, vectors):
-        self.state, self.vectors, self.known = state, set(map(float, vectors)), {}
-
-    def __getattr__(self, name):
-        return getattr(self.state, name)
-
-    def spectra(self, speeds):
-        if self.vectors.issuperset(speeds):
-            return self.state.spectra(speeds)
-        new = np.array([s for s in speeds if s not in self.known])
-        if len(new):
-            self.known |= dict(zip(new, np.linalg.eigvals(self.a0 + new[:, None, None] * self.a1), strict=True))
-            self.state.decompositions += len(new)
-        values = np.stack([self.known[s] for s in speeds])
-        nothing = np.broadcast_to(0.0, (*values.shape, self.size))
-        return Spectra(speeds, values, nothing, nothing)
-
-    def zeros(self, count):
-        return np.zeros((count, self.member.family.parameters)), np.zeros(count)
-
-    def eigenvalue_slopes(self, values, speeds, right, left):
-        return self.zeros(len(values))
-
-
-class View(loops._View):
-    """Sensitivities without slopes."""
-
-    def slopes(self, w, loop):
-        return self.state.zeros(len(w))
-
-
-class Driven(whirl.UnbalanceMeasures):
-    """Driven quantities as a sum over modes has them, without slopes, and only peaks above half of a limit."""
-
-    def __init__(self, case):
-        super().__init__(case.loops, {q: 2.5 * above for q, above in case.unbalance.bounds.items()})
-
-    def _sample(self, state, magnet, k, j, speeds, force, end):
-        outputs = whirl._Outputs(state, force[:, j]).at(speeds)
-        none, values = ("",) * len(speeds), self._quantities(state, magnet, speeds, outputs)[0][k]
-        return Samples(values, *state.zeros(len(speeds)), none, speeds, none, speeds + 0j)
-
-
 class Values:
-    """Largest relative violation of each quantity, by the package's own measures but without derivatives.
+    """Largest relative violation of each quantity: the conditions of the evaluator, without derivatives.
+
+    Eigenvectors are asked only where sensitivities and responses are sums over modes, peaks are taken from a table that has points
+    around every mode, and what could only make a hopeless point worse is left out.
 
     Parameters
     ----------
@@ -124,45 +76,50 @@ class Values:
     """
 
     def __init__(self, evaluator, modes):
-        self.ev, self.modes, self.cases = evaluator, modes, []
-        for case in evaluator.cases:
-            quick, whole = copy.copy(case), copy.copy(case)
-            quick.measures = {q: m for q, m in case.measures.items() if q in ("damping_ratio", "decay_rate")}
-            quick.unbalance, quick.statics = None, Statics(case.loops, [])
-            whole.unbalance = Driven(case) if case.unbalance else None
-            self.cases.append((quick, whole))
+        self.ev, self.modes = evaluator, modes
 
-    def __call__(self, x, level, far=FAR):
+    def __call__(self, x, level, far=FAR, near=NEAR):
         """By quantity.
 
         Parameters
         ----------
         x : ndarray
         level : float
-        far : float
-            Where stability is violated by more, only the eigenvalues between the speeds of the sensitivities are asked; where
-            anything is, all but the complete model.
+        far, near : float
+            Where stability is violated by more than the one, only eigenvalues are asked; where anything is by more than the
+            other, all but the complete model.
         """
         ev, found = self.ev, {}
-        p, end, checked = ev.scaling.values(x), ev.end(level), ev.checked
+        p, end, checked = ev.scaling.values(x), ev.end(level), ev.checked * ev.end(level)
+        between = np.setdiff1d(ev.fractions, ev.checked) * end
 
-        def add(samples):
-            for quantity, s in samples.items():
-                if len(s):
-                    worst = float(ev._rows("", quantity, s, 1.0, level).values.max())
-                    found[quantity] = max(found.get(quantity, -math.inf), worst)
+        def add(quantity, value):
+            found[quantity] = max(found.get(quantity, -math.inf), value)
 
-        for quick, whole in self.cases:
-            reduced = Bare(quick.state(p, self.modes), checked * end)
-            add(quick.samples(reduced, end, np.setdiff1d(ev.fractions, checked), checked))
-            with patch.multiple(loops, _View=View, ZOOMS=3, PEAKS=3):  # ever closer is for derivatives
-                if found["stability"] <= far:
-                    add(whole.samples(reduced, end, checked, checked))
-                if max(found.values()) <= far:
-                    complete = Bare(whole.state(p), GUARDED * end)
-                    add(whole.guard(complete, end))
-                    ev._count(complete.state)
-            ev._count(reduced.state)
+        def add_values(quantity, values):  # bounded from above, as the evaluator has them
+            bound = ev.limits[quantity].bound * (1.0 - ev.margins.get(quantity, 0.0))
+            add(quantity, float(_condition(ev.limits[quantity], bound, values, np.zeros((len(values), 0)))[0].max()))
+
+        for case in ev.cases:
+            state = case.state(p, self.modes)
+            spectra = state.spectra(checked)
+            for quantity, excess in case.shortfalls(np.vstack([spectra.values, state.eigenvalues(between)])).items():
+                add(quantity, float(excess.max()) + ev.margins.get(quantity, 0.0))
+            for quantity, samples in case.statics.samples(p, end).items():
+                add(quantity, float(ev._rows("", quantity, samples, 1.0, level).values.max()))
+            if found["stability"] <= far:
+                if "sensitivity_peak" in case.measures:
+                    add_values("sensitivity_peak", sensitivities(case, state, checked))
+                for quantity, values in driven(case, state, end).items() if case.unbalance else ():
+                    add_values(quantity, values)
+            if max(found.values()) <= near:
+                complete = case.state(p)
+                excess = case.shortfalls(complete.spectra(GUARDED * end).values)["stability"]
+                add("stability", float(excess.max()) + ev.margins.get("stability", 0.0))
+                if "sensitivity_peak" in case.measures:
+                    add_values("sensitivity_peak", sensitivities(case, complete, GUARDED * end))
+                ev._count(complete)
+            ev._count(state)
         return found
 
     def check(self, x, seed):
@@ -170,7 +127,7 @@ class Values:
         rng, compared = np.random.default_rng(seed), 0
         for _ in range(50):
             near, level = np.clip(x + 0.1 * rng.uniform(-1.0, 1.0, len(x)), 0.0, 1.0), rng.uniform(LOWEST, 0.3)
-            found = self(near, level, math.inf)
+            found = self(near, level, math.inf, math.inf)
             if found["stability"] > FAR:
                 continue
             for quantity, (row, _) in largest(self.ev.rows(near, level, self.modes)).items():
@@ -180,6 +137,50 @@ class Values:
             if compared == 5:
                 return
         raise RuntimeError("hardly a point near the machine is stable enough for a comparison")
+
+
+def sensitivities(case, state, speeds):
+    """Peaks of the sensitivity of each loop at some speeds, at most up to a tenth of a percent below the true ones."""
+    count, (f, g, c), spectra = len(case.loops.plant.loops), state.ports, state.spectra(speeds)
+    least, out = max(CHECKED_TO, case.measures["sensitivity_peak"].option("up_to")), []
+    for speed, values, right, left in zip(speeds, spectra.values, spectra.right, spectra.left, strict=True):
+        leave = (c[:count] @ right).T
+        force, rate = leave * (left @ f)[:, :count], leave * (left @ g)[:, :count]
+
+        def one_sided(w, values=values, force=force, rate=rate):
+            modes = 1.0 / (1j * w[:, None] - values)
+            return 1.0 + modes @ force + 1j * w[:, None] * (modes @ rate)
+
+        def size(w, one_sided=one_sided):
+            ahead = one_sided(w)
+            return np.abs((ahead + one_sided(-w).conj()) / 2.0 if case.loops.complex_form else ahead)
+
+        top = max(least, 3.0 * speed)
+        around = np.abs(values.imag)[:, None] + np.abs(values.real)[:, None] * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+        w = np.sort(np.concatenate([np.geomspace(1e-4 * top, top, 200), np.clip(around.ravel(), 1e-4 * top, top)]))
+        out.append(crest(w, size(w), size))
+    return np.array(out)
+
+
+def driven(case, state, end):
+    """Largest value of each quantity that the unbalance drives, for each magnet and pattern."""
+    whirl = case.unbalance
+    critical = state.critical[0]
+    around = critical.real[:, None] + np.abs(critical.imag)[:, None] * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    speeds = np.sort(np.concatenate([np.linspace(0.0, end, 73)[1:], np.clip(around.ravel(), end / 72, end)]))
+    found = []
+    for force in (state.lower @ case.loops.unbalance).T:
+        outputs = Outputs(state, force)
+        magnets = range(len(case.loops.machine.magnets))
+        found += [whirl._quantities(state, m, speeds, outputs.at(speeds))[0].max(axis=1) for m in magnets]
+    return dict(zip(whirl.bounds, np.array(found).T, strict=True))
+
+
+def crest(places, values, function):
+    """Largest value of a table, looked at more closely."""
+    k = int(np.argmax(values.max(axis=1)))
+    close = np.linspace(places[max(k - 1, 0)], places[min(k + 1, len(places) - 1)], 17)
+    return max(float(values[k].max()), float(function(close).max()))
 
 
 def largest(rows):
@@ -241,7 +242,7 @@ class Run:
 
     def plain(self, z):
         """Values of all quantities, with slopes of zero."""
-        found = self.values(z[:-1], z[-1], math.inf)
+        found = self.values(z[:-1], z[-1], math.inf, math.inf)
         self._seen(z, max(found.values()))
         return {q: (value, np.zeros(len(z))) for q, value in found.items()}
 

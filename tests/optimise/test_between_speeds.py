@@ -46,9 +46,8 @@ def test_the_worst_speed_between_two_is_found():
     assert evaluator.rows(x, 1.0).worst <= 0.0  # nothing wrong, as far as it looks
     (found,) = evaluator.overlooked(x, 1.0)
     assert found == pytest.approx(np.linspace(0.0, 1.0, 41)[seen.argmin()], abs=1.0 / BETWEEN)
-    excess = evaluator.cases[0].shortfalls(
-        evaluator.cases[0].state(evaluator.scaling.values(x)), np.array([found * TOP])
-    )
+    state = evaluator.cases[0].state(evaluator.scaling.values(x))
+    excess = evaluator.cases[0].shortfalls(state.eigenvalues(np.array([found * TOP])))
     assert excess["damping_ratio"] == pytest.approx(1.0 - damping(nominal.machine, [found * TOP]) / 0.46, abs=1e-8)
     evaluator.fractions = np.append(ENDS[:1], [found, 1.0])
     assert evaluator.rows(x, 1.0).worst == pytest.approx(excess["damping_ratio"][0], rel=1e-6)

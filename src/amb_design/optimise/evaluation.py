@@ -187,15 +187,13 @@ class Case:
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
-    def shortfalls(self, state: State, speeds: Array) -> dict[str, Array]:
+    def shortfalls(self, values: Array) -> dict[str, Array]:
         """How far eigenvalues are beyond their limits at each speed, relative to these: stability, damping, decay.
 
         Parameters
         ----------
-        state : State
-        speeds : ndarray, shape (s,)
+        values : ndarray of complex, shape (speeds, modes)
         """
-        values = state.eigenvalues(speeds)
         whirling = np.abs(values.imag) > WHIRL_FREQUENCY
         out = {"stability": instability(values).max(axis=1) / LIGHT}
         limited = {q for q, m in self.measures.items() if isinstance(m, Limit)}
@@ -309,7 +307,7 @@ class Evaluator:
         between = np.sort((self.fractions[:-1] + np.arange(1, BETWEEN)[:, None] / BETWEEN * gaps).ravel())
         for case in self.cases:
             state = case.state(p, modes)
-            for quantity, excess in case.shortfalls(state, between * end).items():
+            for quantity, excess in case.shortfalls(state.eigenvalues(between * end)).items():
                 excess = excess + self.margins.get(quantity, 0.0)
                 worst = peaks(excess)
                 worst = worst[excess[worst] > SLIGHT]
@@ -323,7 +321,7 @@ class Evaluator:
         out = -np.inf
         for case in self.cases:
             state = case.state(p, modes)
-            out = max(out, float(case.shortfalls(state, fractions * end)["stability"].max()))
+            out = max(out, float(case.shortfalls(state.eigenvalues(fractions * end))["stability"].max()))
             self._count(state)
         return out
 

@@ -161,20 +161,19 @@ class Member:
         return out if out.imag.any() else out.real
 
     @cached_property
-    def _changes(self) -> dict[str, tuple[Array, Array, Any]]:
+    def _changes(self) -> dict[str, tuple[Array, Array, Array]]:
         """Of each part: rows and columns of the nonzeros that depend on p, and their derivatives."""
-        out = {}
+        out, depends, changes = {}, np.diff(self.jacobian.indptr) > 0, self.jacobian.toarray()
         for name in self.family.shapes:
             pieces = []
             for k, unit in enumerate((1.0, 1j)):
                 where, rows, cols = self.family.slots[name, k]
-                block = self.jacobian[where]
-                moves = np.flatnonzero(np.diff(block.indptr))
+                block, moves = changes[where], np.flatnonzero(depends[where])
                 if len(moves):
                     pieces.append((rows[moves], cols[moves], unit * block[moves]))
             if pieces:
                 rows, cols = (np.concatenate([piece[i] for piece in pieces]) for i in (0, 1))
-                out[name] = (rows, cols, sp.vstack([piece[2] for piece in pieces]).tocsr())
+                out[name] = (rows, cols, np.concatenate([piece[2] for piece in pieces]))
         return out
 
     def form(self, name: str, left: Array, right: Array) -> Array:
@@ -194,4 +193,4 @@ class Member:
         if name not in self._changes:
             return np.zeros((len(left), self.family.parameters), complex)
         rows, cols, changes = self._changes[name]
-        return np.asarray((changes.T @ (left[:, rows] * right[:, cols]).T).T, complex)
+        return np.asarray((left[:, rows] * right[:, cols]) @ changes, complex)

@@ -134,7 +134,7 @@ class State:
         rates : ndarray of complex, shape (k,)
         """
         x, y = self.lifted(right, left)
-        return self.forms(y, x, values, speeds), np.einsum("ki,ij,kj->k", left, self.a1, right)
+        return self.forms(y, x, values, speeds), ((left @ self.a1) * right).sum(axis=1)
 
     def forms(self, y: Array, x: Array, s: Array, speeds: Array) -> Array:
         """y (dA0 + speed dA1 - s dE) x for rows of vectors of the pencil, shape (k, parameters)."""

@@ -17,7 +17,7 @@ POINTS = 240
 PEAKS = 8
 """Peaks that are followed in each loop at each speed."""
 
-ZOOMS = 9
+ZOOMS = 5
 
 
 def sensitivity(
@@ -70,9 +70,9 @@ class _View:
 
     def complex_at(self, w: Array, loop: int) -> Array:
         """Sensitivity of a loop at frequencies of either sign."""
-        s = 1j * w[:, None]
-        modes = self.leave[loop] * (self.enter[:, loop] + s * self.rate[:, loop]) / (s - self.values)
-        return np.asarray(1.0 + modes.sum(axis=1))
+        modes = 1.0 / (1j * w[:, None] - self.values)
+        enter, rate = (modes @ (self.leave[loop] * x[:, loop]) for x in (self.enter, self.rate))
+        return np.asarray(1.0 + enter + 1j * w * rate)
 
     def at(self, w: Array, loop: int) -> Array:
         """Sensitivity of a physical axis at positive frequencies."""
@@ -102,7 +102,7 @@ class _View:
         row = np.zeros((len(w), member.family.shapes["C"][0]))
         row[:, loop] = 1.0
         slopes = slopes + member.form("C", row, full_x)
-        return slopes, self.fraction * np.einsum("ki,ij,kj->k", y, self.state.a1, x)
+        return slopes, self.fraction * ((y @ self.state.a1) * x).sum(axis=1)
 
 
 def _peaks(view: _View, loop: int, above: float, least: float, count: int) -> Samples:

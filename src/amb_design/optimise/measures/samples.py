@@ -76,7 +76,7 @@ def peaks(values: Array) -> Array:
 
 
 def zoomed(function: Callable[[Array], Array], lower: Array, upper: Array, rounds: int) -> Array:
-    """Places of maxima between bounds, by closing in on the best of a few points.
+    """Places of maxima between bounds, by closing in on the best of a few points, and at last by a parabola.
 
     Parameters
     ----------
@@ -94,4 +94,10 @@ def zoomed(function: Callable[[Array], Array], lower: Array, upper: Array, round
         best = np.argmax(function(x), axis=1)
         lower, upper = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, 8)]
     x = lower[:, None] + (upper - lower)[:, None] * spread
-    return np.asarray(x[rows, np.argmax(function(x), axis=1)])
+    values = function(x)
+    best = np.argmax(values, axis=1)
+    inner = np.clip(best, 1, 7)
+    before, after = (values[rows, inner + k] - values[rows, inner] for k in (-1, 1))
+    bend = np.minimum(before + after, -1e-300)
+    step = np.where(best == inner, 0.5 * (after - before) / bend, 0.0)
+    return np.asarray(x[rows, best] - np.clip(step, -0.5, 0.5) * (x[:, 1] - x[:, 0]))

@@ -237,7 +237,7 @@ class UnbalanceMeasures:
         adjoint = np.linalg.solve(matrices.transpose(0, 2, 1), (weights @ state.ports[2])[:, :, None])[:, :, 0]
         x, y = state.lifted(states, adjoint)
         slopes = state.forms(y, x, 1j * speeds, speeds) + member.form("C", weights, x)
-        to_end = np.einsum("ki,ij,kj->k", adjoint, state.a1, states) - 1j * np.einsum("ki,ki->k", adjoint, states)
+        to_end = ((adjoint @ state.a1) * states).sum(axis=1) - 1j * (adjoint * states).sum(axis=1)
         to_end = (to_end + 2.0 * speeds * (adjoint @ f)).real + inner[k, :, 2]
         where = tuple(f"magnets[{magnet}], {self.loops.patterns[j]}, {rpm_text(s)}" for s in speeds)
         groups = tuple(f"{magnet} {j} {'end' if s == end else 'peak'}" for s in speeds)
