@@ -134,9 +134,9 @@ def about_unknown_modes(loop: System, limit: StabilityLimit) -> Iterator[str]:
     if found is not None:
         m, part = found.mode, found.unknown
         yield (
-            f"Designed with {law.modes} modes, the law makes the {m.describe()} unstable {_at(m.speed)} ({m.eigenvalue.real:+.3g} 1/s), "
-            f"where these modes alone are stable: {_percent(part)} of its energy is in modes that the law does not know. "
-            "Raise controller.modes, or let the law act more slowly."
+            f"Designed with {_known(law)}, the law makes the {m.describe()} unstable {_at(m.speed)} ({m.eigenvalue.real:+.3g} 1/s), "
+            f"where these alone are stable: {_percent(part)} of its energy is in modes that the law does not know. "
+            f"Raise controller.{'modes' if _order(law) is None else 'order or controller.modes'}, or let the law act more slowly."
         )
     elif limit.status == FOUND and limit.mode is not None and loop.complex_form == system(loop.machine).complex_form:
         part = unknown_part(loop, limit.mode)
@@ -145,6 +145,15 @@ def about_unknown_modes(loop: System, limit: StabilityLimit) -> Iterator[str]:
                 f"The {limit.mode.describe()} that limits the speed is one that the law does not know: {_percent(part)} of its energy is "
                 f"in modes beyond the {law.modes} of controller.modes."
             )
+
+
+def _known(law: LQG | LQR) -> str:
+    order = _order(law)
+    return f"{law.modes} modes" + ("" if order is None else f", of which {order} states are kept")
+
+
+def _order(law: LQG | LQR) -> int | None:
+    return law.order if isinstance(law, LQG) else None
 
 
 def _at(speed: float) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import SpecError
-from .fields import Number, OptionalNumber, Spec, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, is_number, is_whole, number, part, with_unit
 from .machine import Machine
 from .parts import place
 
@@ -68,7 +68,7 @@ class Conditions(Spec):
     def check(self) -> None:
         for name, least in (("modes", 1), ("samples", 0), ("seed", 0)):
             found = getattr(self, name)
-            if isinstance(found, bool) or not isinstance(found, int) or found < least:
+            if not is_whole(found) or found < least:
                 raise SpecError(
                     "must be a whole number", field=name, got=found, remedy=f"give {least} or a whole number above it"
                 )

@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Self
 
 from ..errors import SpecError
-from .fields import Number, OptionalNumber, Spec, choice, is_number, matrix, number, part
+from .fields import Number, OptionalNumber, Spec, choice, is_number, is_whole, matrix, number, part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,7 +222,7 @@ class Regulator(Spec):
     scheduled: bool = part("true if gains, and the observer, follow the spin speed", default=False)
 
     def check(self) -> None:
-        if isinstance(self.modes, bool) or not isinstance(self.modes, int) or not 1 <= self.modes <= 64:
+        if not (is_whole(self.modes) and 1 <= self.modes <= 64):
             raise SpecError(
                 "must be a whole number from 1 to 64", field="modes", got=self.modes, remedy="8 serve most rotors"
             )
@@ -250,12 +250,17 @@ class LQR(Regulator):
 class LQG(Chain, Regulator):
     """Linear quadratic regulator with a Kalman observer and integral action, behind the same hardware as any controller.
 
-    It is designed on the rotor's lowest modes with static correction, together with low-pass, delay and amplifier. With `scheduled`
+    It is designed on the rotor's lowest modes with static correction, together with low-pass, delay and amplifier; with `order`, on as
+    many states of all that, which are found by balanced truncation. With `scheduled`
     its gains run linearly from those designed at rest to those designed at `design_speed`, and the observer's rotor turns with
     the machine; else all is that of the design speed.
     """
 
     type: str = choice("kind of controller", ("lqg",), default="lqg", written=True)
+    order: int | None = part(
+        "states of rotor and hardware that the law keeps, in each plane, by balanced truncation; all if left out",
+        default=None,
+    )
     integral: OptionalNumber = number(
         "m s",
         "integral s of a sensed displacement that weighs one; no integral action if left out",
@@ -283,6 +288,13 @@ class LQG(Chain, Regulator):
 
     def check(self) -> None:
         super().check()
+        if self.order is not None and not (is_whole(self.order) and 1 <= self.order <= 256):
+            raise SpecError(
+                "must be a whole number from 1 to 256",
+                field="order",
+                got=self.order,
+                remedy="leave it out to keep all states that the law is designed with",
+            )
         for name in ("low_pass", "amplifier"):
             if getattr(self, name) is None:
                 raise SpecError(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import SpecError
-from .fields import Number, OptionalNumber, Spec, choice, is_number, number, part, with_unit
+from .fields import Number, OptionalNumber, Spec, choice, is_number, is_whole, number, part, with_unit
 from .material import Isotropic, Material, Orthotropic
 
 THEORIES = ("timoshenko", "rayleigh", "euler-bernoulli")
@@ -132,7 +132,7 @@ class Shaft(Spec):
     def check(self) -> None:
         if not self.segments:
             raise SpecError("is empty", field="segments", remedy="give at least one segment")
-        if isinstance(self.elements, bool) or not isinstance(self.elements, int) or not 1 <= self.elements <= 2000:
+        if not (is_whole(self.elements) and 1 <= self.elements <= 2000):
             raise SpecError(
                 "must be a whole number from 1 to 2000",
                 field="elements",

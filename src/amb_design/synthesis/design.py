@@ -18,6 +18,7 @@ from .obstacle import WEIGHTS, obstacle
 from .plant import PlantFamily
 from .reduction import Array, basis_of
 from .regulator import state_feedback
+from .truncation import truncated
 
 
 @lru_cache(maxsize=64)
@@ -33,12 +34,12 @@ def synthesise(machine: Machine) -> Machine:
     -------
     Machine
         With a `StateSpace` in the place of an LQG, a `StateFeedback` in the place of an LQR; others as they are. The law is
-        designed for this machine, on its lowest modes; whatever is changed afterwards, the law stays.
+        designed for this machine, on its lowest modes and of these on what matters most where it has an order; whatever is changed afterwards, the law stays.
 
     Raises
     ------
     ModelError
-        If a mode cannot be moved by the magnets or seen by the sensors, or the controller serves no magnet.
+        If a mode cannot be moved by the magnets or seen by the sensors, the controller serves no magnet, or its order is too low or high.
     """
     law = machine.controller
     if not needs_design(law):
@@ -87,12 +88,18 @@ def lqg_law(machine: Machine) -> Law:
     """
     law = machine.controller
     assert isinstance(law, LQG)
-    plant = PlantFamily(ca.SX(0, 1), machine, basis_of(machine, law.modes)).at(np.zeros(0))
+    nothing, speed = np.zeros(0), float(law.design_speed)
+    plant = PlantFamily(ca.SX(0, 1), machine, basis_of(machine, law.modes)).at(nothing)
+    if law.order is not None:
+        try:
+            plant = truncated(plant, speed, nothing, law.order)
+        except SolveError as error:
+            raise ModelError(f"{machine.name}: {error}") from None
     try:
-        return law_of(plant, float(law.design_speed), np.zeros(0), law.scheduled)
+        return law_of(plant, speed, nothing, law.scheduled)
     except SolveError:
-        v, speeds = plant.values, (float(law.design_speed), 0.0)[: 1 + law.scheduled]
-        reasons = (obstacle(v["A0"] + speed * v["A1"], v["B"], v["C"]) for speed in speeds)
+        v, speeds = plant.values, (speed, 0.0)[: 1 + law.scheduled]
+        reasons = (obstacle(v["A0"] + s * v["A1"], v["B"], v["C"]) for s in speeds)
         raise ModelError(f"{machine.name}: {next(filter(None, reasons), WEIGHTS)}") from None
 
 

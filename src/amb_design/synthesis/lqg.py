@@ -8,13 +8,13 @@ designed at rest to those designed at the design speed, so that the whole law do
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .plant import PACE, Plant
 from .reduction import Array
-from .riccati import Data, Solution, derivatives, solve
+from .riccati import Data, Solution, adjoint, derivatives, solve
 
 LAW = ("a", "b", "c")
 """Parts of the law; it passes nothing straight through."""
@@ -105,7 +105,7 @@ def observer_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data]
     v, d, unit = plant.values, plant.changes, plant.values["V"][0]
 
     def turned(x: Array) -> Array:
-        return x.conj().swapaxes(-1, -2) / PACE
+        return adjoint(x) / PACE
 
     dA = d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]
     return (
@@ -133,7 +133,7 @@ def gains(plant: Plant, speed: float, moves: Array) -> Gains:
     data, changes = observer_data(plant, speed, moves)
     observer = solve(data)
     _, dL = derivatives(data, changes, observer)
-    return Gains(regulator.K, observer.K.conj().T, dK, dL.conj().swapaxes(-1, -2), regulator, observer)
+    return Gains(regulator.K, observer.K.conj().T, dK, adjoint(dL), regulator, observer)
 
 
 def law_of(plant: Plant, speed: float, moves: Array, scheduled: bool) -> Law:
@@ -158,7 +158,7 @@ def law_of(plant: Plant, speed: float, moves: Array, scheduled: bool) -> Law:
         one = gains(plant, speed, moves)
         v, d = plant.values, plant.changes
         turned = d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]
-        at_speed = Plant(v | {"A0": v["A0"] + speed * v["A1"]}, d | {"A0": turned})
+        at_speed = replace(plant, values=v | {"A0": v["A0"] + speed * v["A1"]}, changes=d | {"A0": turned})
         constant, d_constant = _blocks(at_speed, "A0", one.K, one.L, one.dK, one.dL, True)
         return Law(constant, {}, d_constant, {}, (one,))
     rest, there = gains(plant, 0.0, np.zeros_like(moves)), gains(plant, speed, moves)

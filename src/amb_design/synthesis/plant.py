@@ -39,10 +39,13 @@ class Plant:
         A0, A1 (n, n), B (n, m), C (m, n), E (e, m) from what the law sees to its integrals; weights Q (n + e, n + e), R (m); noise W (n, n), V (m). e is m with integral action, else 0.
     changes : dict of str to ndarray
         Their derivatives, along a first axis.
+    planes : int
+        Planes that the states stand for: one complex coordinate for both is one, y and z are two.
     """
 
     values: dict[str, Array]
     changes: dict[str, Array]
+    planes: int = 1
 
     @property
     def sizes(self) -> tuple[int, int, int]:
@@ -83,7 +86,8 @@ class PlantFamily:
         p : ndarray, shape (parameters,)
         """
         values, slopes = (x.full() for x in self._function(p))
-        return Plant(self._split(values[:, 0]), self._split(slopes.T))
+        planes = 1 if self.complex_form else 2
+        return Plant(self._split(values[:, 0]), self._split(slopes.T), planes)
 
     def _split(self, flat: Array) -> dict[str, Array]:
         """Matrices from entries along the last axis, column by column."""

@@ -100,7 +100,7 @@ def solve(data: Data) -> Solution:
         if not (size < best and (polished.poles.real < 0.0).all()):
             break
         best, found = size, polished
-        X = X + _lyapunov(found, residual[None])[0]
+        X = X + _correction(found, residual[None])[0]
     if found is None or best > SOLVED:
         raise nothing
     return found
@@ -124,25 +124,42 @@ def derivatives(data: Data, changes: Data, solution: Solution) -> tuple[Array, A
     """
     X, K, weight = solution.X, solution.K, data.R[:, None]
     through = X @ (changes.A - changes.B @ K)  # X dA - X dB K, and its adjoint below
-    source = changes.Q + through + _adjoint(through) + _adjoint(K) @ (changes.R[:, :, None] * K)
-    dX = _lyapunov(solution, source)
+    source = changes.Q + through + adjoint(through) + adjoint(K) @ (changes.R[:, :, None] * K)
+    dX = _correction(solution, source)
     half = dX @ (data.A - data.B @ K)
-    dX = dX + _lyapunov(solution, source + half + _adjoint(half))  # gains hang on digits that the first one loses
-    dK = (_adjoint(changes.B) @ X + data.B.conj().T @ dX - changes.R[:, :, None] * K) / weight
+    dX = dX + _correction(solution, source + half + adjoint(half))  # gains hang on digits that the first one loses
+    dK = (adjoint(changes.B) @ X + data.B.conj().T @ dX - changes.R[:, :, None] * K) / weight
     return dX, dK
 
 
-def _lyapunov(solution: Solution, sources: Array) -> Array:
-    """All Y of (A - B K)^H Y + Y (A - B K) + source = 0; without eigenvectors, which notches with double poles do not have."""
-    T, U = solution.schur
+def _correction(solution: Solution, sources: Array) -> Array:
+    """All Y of (A - B K)^H Y + Y (A - B K) + source = 0."""
+    found = lyapunov(solution.schur, sources)
+    return found if np.iscomplexobj(solution.X) else found.real
+
+
+def lyapunov(schur: tuple[Array, Array], sources: Array) -> Array:
+    """All Y of M^H Y + Y M + source = 0; without eigenvectors, which notches with double poles do not have.
+
+    Parameters
+    ----------
+    schur : tuple of ndarray
+        Complex Schur form T and vectors U of M = U T U^H.
+    sources : ndarray, shape (k, n, n)
+
+    Returns
+    -------
+    ndarray of complex, shape (k, n, n)
+    """
+    T, U = schur
     (trsyl,) = get_lapack_funcs(("trsyl",), (T,))
     found = np.zeros(sources.shape, complex)
     for k in np.flatnonzero(sources.any(axis=(1, 2))):
         y, scale, _ = trsyl(T, T, -(U.conj().T @ sources[k] @ U), trana="C")
         found[k] = y / scale
-    turned = U @ found @ U.conj().T
-    return np.asarray(turned if np.iscomplexobj(solution.X) else turned.real)
+    return np.asarray(U @ found @ U.conj().T)
 
 
-def _adjoint(stack: Array) -> Array:
+def adjoint(stack: Array) -> Array:
+    """Conjugate transpose of a matrix, or of each of a stack."""
     return stack.conj().swapaxes(-1, -2)

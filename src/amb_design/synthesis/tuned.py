@@ -20,6 +20,7 @@ from .design import hardware_of
 from .lqg import LAW, law_of
 from .plant import PlantFamily
 from .reduction import Array, basis_of
+from .truncation import truncated
 
 PARTS = ("law", "cross", "law_rate", "cross_rate")
 """Of a `StateSpace`: real and imaginary part, then what a rad/s adds to each."""
@@ -55,6 +56,9 @@ class TunedLaw:
         speed = ca.SX(law.design_speed)
         self._speed = ca.Function("speed", [p], [speed, ca.jacobian(speed, p)])
         n, m = self._plant.shapes["B"]
+        self._order = law.order
+        if law.order is not None:
+            n = law.order * (1 if basis.complex_form else 2)
         size = n + (0 if law.integral is None else m)
         shapes = {"a": (size, size), "b": (size, m), "c": (m, size)}
         # Integrals follow what is sensed alone, whatever the gains and the speed.
@@ -93,6 +97,8 @@ class TunedLaw:
         speed, moves = (x.full() for x in self._speed(p))
         plant = self._plant.at(p)
         try:
+            if self._order is not None:
+                plant = truncated(plant, float(speed[0, 0]), moves[0], self._order)
             law = law_of(plant, float(speed[0, 0]), moves[0], self._scheduled)
         except SolveError as error:
             raise SolveError(f"{self._name}: {error}") from None
