@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,8 +114,10 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
     """
     problem, ev = starter.problem, starter.evaluator
     failed: set[str] = set()
+    objective, shorter = outcome.objective, None
     for rounds in range(ROUNDS + 1):
-        audits, found = _audits(problem, outcome, outcome.objective)
+        objective = outcome.objective
+        audits, found = _audits(problem, outcome, objective)
         if not found or rounds == ROUNDS:
             break
         for e in found:
@@ -124,26 +127,36 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         again = starter.polished(outcome.index, x, ev.level(outcome.objective), radius=0.01)
         if again.status == INFEASIBLE:
             break
+        if problem.seeks_speed and again.objective < RETREATS[-1] * objective:
+            shorter = _shorter(problem, outcome, found)  # which costs less than this refinement
+            if shorter is not None:
+                break
         outcome = dataclasses.replace(
             again,
             history=[*outcome.history, *again.history],
             cpu_seconds=outcome.cpu_seconds + again.cpu_seconds,
             eigensolves=again.eigensolves,
         )
-    objective = outcome.objective
-    lost = max((e.excess for e in found if e.quantity == "stability"), default=0.0)
-    retreats = [1.0 - lost - 2e-4, *RETREATS] if 0.0 < lost < 0.2 else RETREATS
-    for factor in retreats if found and problem.seeks_speed else ():
-        shorter, fewer = _audits(problem, outcome, factor * outcome.objective)
-        if not fewer:
-            audits, found, objective = shorter, [], factor * outcome.objective
-            break
+    if found and problem.seeks_speed and shorter is None:
+        shorter = _shorter(problem, outcome, found)
+    if shorter is not None:
+        (objective, audits), found = shorter, []
     if not problem.seeks_speed:
         upper = problem.objective.kind.upper
         values = [w.value for a in audits if (w := a.worst(problem.objective.quantity, upper)) is not None]
         objective = (max if upper else min)(values)
     proof = None if found else _proven(problem, outcome, objective if problem.seeks_speed else problem.top_speed)
     return Verified(outcome, objective, tuple(audits), tuple(found), rounds, proof)
+
+
+def _shorter(problem: DesignProblem, outcome: Outcome, found: Sequence[Excess]) -> tuple[float, list[Audit]] | None:
+    """The end of a shorter range of speeds for which a design holds, with its audits."""
+    lost = max((e.excess for e in found if e.quantity == "stability"), default=0.0)
+    for factor in [1.0 - lost - 2e-4, *RETREATS] if 0.0 < lost < 0.2 else RETREATS:
+        audits, excess = _audits(problem, outcome, factor * outcome.objective)
+        if not excess:
+            return factor * outcome.objective, audits
+    return None
 
 
 def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | None:
