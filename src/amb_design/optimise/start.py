@@ -30,6 +30,9 @@ QUICK = np.array([0.0, 0.5, 1.0])
 ALMOST = 1e-4
 """Violation that verification may still mend: the search keeps every limit with a margin of this size."""
 
+MENDING = (0.999, 0.99)
+"""Parts of the speed at which a search that ended beyond its limits tries to hold them, nearby."""
+
 SHORTER = (0.995, 0.98, 0.95, 0.9, 0.8)
 """Parts of the range of speeds that are tried where a search ends beyond its limits."""
 
@@ -138,7 +141,8 @@ class Starter:
     def _no_worse(self, outcome: Outcome, x: Array, clock: float) -> Outcome:
         """Long ways lead elsewhere at times: if the first point was better than the last, begin there at short steps."""
         level = self.evaluator.level(outcome.objective)
-        if outcome.status == INFEASIBLE or self.evaluator.rows(x, level).worst > ALMOST:
+        nearly = 10.0 * ALMOST  # verified designs may miss the search's own margins
+        if outcome.status == INFEASIBLE or self.evaluator.rows(x, level).worst > nearly:
             return outcome
         again = self.polished(outcome.index, x, level, clock)
         better = again.status != INFEASIBLE and self.evaluator.level(again.objective) > level
@@ -212,6 +216,8 @@ class Starter:
         highest = 1.0 if self.problem.seeks_speed else np.inf
         fine = Settings(self.effort.fine, radius, progress=3e-5, highest=highest, level_radius=self._reach)
         trace = self._settled(x, level, fine, None, hessian)
+        if trace.rows.worst > ALMOST and self.problem.seeks_speed:
+            self._mend(trace)
         if trace.rows.worst > ALMOST:
             trace.retreat()
         if trace.rows.worst > ALMOST and self.problem.seeks_speed:
@@ -219,6 +225,19 @@ class Starter:
         feasible = trace.rows.worst <= ALMOST
         status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
         return self._outcome(index, trace, status, clock)
+
+    def _mend(self, trace: Trace) -> None:
+        """Give up a little speed so that nearby limits hold, where going back to a point that held them would cost more."""
+        held = 0.0 if trace.feasible is None else trace.feasible[1]
+        for factor in MENDING:
+            level = factor * trace.level
+            if level <= held:
+                return
+            close = Settings(steps=self.effort.feasible // 4, radius=0.02, highest=1.0)
+            mended = self._search(trace.x, level, close, None, frozen=True)
+            if mended.rows.worst <= ALMOST:
+                trace.x, trace.level, trace.rows, trace.multipliers = mended.x, level, mended.rows, np.zeros(0)
+                return
 
     def _shorten(self, trace: Trace) -> None:
         """Take the limits that are violated at the end of the range for what they are: a shorter range."""

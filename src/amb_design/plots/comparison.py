@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -28,6 +29,12 @@ PERIODS = 25
 """Time histories show at most so many periods of their largest whirl."""
 
 POINTS = 3000
+
+
+def _stroke(k: int, count: int) -> dict[str, Any]:
+    """Colour and width of the k-th of several curves: the later the thinner, so that curves that agree show all their colours."""
+    width = 1.9 - 0.9 * k / max(count - 1, 1)
+    return {"color": COLOURS[k % len(COLOURS)], "linewidth": width, "gid": "curve"}
 
 
 def campbells(diagrams: Mapping[str, Campbell], limits: Mapping[str, StabilityLimit]) -> tuple[Axes, ...]:
@@ -86,9 +93,11 @@ def sensitivities(results: Sequence[Mapping[str, Sensitivity]]) -> tuple[Axes, .
                 worst = max(worst, peak.value)
                 label = f"{name}: {peak.value:.2f} at {hertz(peak.frequency)}, zone {peak.zone}"
                 size = in_decibels(np.abs(s.sensitivity).max(axis=1))
-                colour = COLOURS[k % len(COLOURS)]
-                ax.plot(s.frequencies / HZ, size, color=colour, linewidth=1.2, label=label, gid="curve")
-                ax.plot([peak.frequency / HZ], [in_decibels(np.array(peak.value))], "o", color=colour, zorder=4)
+                stroke = _stroke(k, len(found))
+                ax.plot(s.frequencies / HZ, size, label=label, **stroke)
+                ax.plot(
+                    [peak.frequency / HZ], [in_decibels(np.array(peak.value))], "o", color=stroke["color"], zorder=4
+                )
             widest = min(found.values(), key=lambda s: float(s.frequencies[s.frequencies > 0.0][0]))
             frequency_axis(ax, widest)
             ax.set_xlim(right=max(float(s.frequencies[-1]) for s in found.values()) / HZ)
@@ -123,10 +132,10 @@ def whirls_compared(designs: Mapping[str, Whirl]) -> tuple[Axes, ...]:
             first = next(iter(whirl.responses.values()))
             radius = np.max([whirl.radii(r) for r in whirl.responses.values()], axis=0)
             current = np.max([whirl.currents(r) for r in whirl.responses.values()], axis=0)
-            colour, speeds = COLOURS[k % len(COLOURS)], first.speeds / RPM
-            panels[0].plot(speeds, 1e6 * radius, color=colour, label=name, gid="curve")
+            stroke, speeds = _stroke(k, len(designs)), first.speeds / RPM
+            panels[0].plot(speeds, 1e6 * radius, label=name, **stroke)
             if current.any():
-                panels[-1].plot(speeds, current, color=colour, gid="curve")
+                panels[-1].plot(speeds, current, **stroke)
             panels[0].set_xlim(0.0, float(speeds[-1]))
         panels[-1].set_xlabel("spin speed [rpm]")
         for ax in panels:
@@ -170,15 +179,15 @@ def responses(found: Mapping[str, Response], direction: float = 0.0) -> tuple[Ax
     with page(height=4.4 if driven else 2.8) as figure:
         panels = _panels(figure, f"{place} [µm]", driven)
         for k, (name, r) in enumerate(found.items()):
-            colour = COLOURS[k % len(COLOURS)]
+            stroke = _stroke(k, len(found))
             moved = r.displacements(times)[:, r.watched.places.index(place)] @ along
             where = "" if r.peak_place == place else f" at {r.peak_place}"
             label = f"{name}: peak {shown(r.peak, 'm')}{where}, settled after {shown(r.settling_time, 's')}"
-            panels[0].plot(1e3 * times, 1e6 * moved, color=colour, label=label, linewidth=1.2, gid="curve")
+            panels[0].plot(1e3 * times, 1e6 * moved, label=label, **stroke)
             if r.peak_current:
                 currents = r.axis_currents(times)
                 most = int(np.abs(currents).max(axis=0).argmax())
-                panels[1].plot(1e3 * times, currents[:, most], color=colour, linewidth=1.2, gid="curve")
+                panels[1].plot(1e3 * times, currents[:, most], **stroke)
         panels[-1].set_xlabel(f"time [ms], at {largest.speed / RPM:.0f} rpm")
         panels[-1].set_xlim(0.0, 1e3 * end)
         for ax in panels:
