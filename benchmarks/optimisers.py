@@ -37,7 +37,7 @@ import casadi as ca
 import cma
 import numpy as np
 from common import RESULTS, write
-from scipy.optimize import differential_evolution, minimize
+from scipy.optimize import OptimizeResult, differential_evolution, minimize
 from threadpoolctl import threadpool_limits
 
 import amb_design as ad
@@ -385,10 +385,15 @@ def cma_es(run):
 
 
 def bfgs(run):
-    """For functions with kinks, after Lewis and Overton."""
-    options = {"unit": np.ones(len(run.lower)), "evaluations": run.budget, "tolerance": 1e-6}
+    """For functions with kinks, after Lewis and Overton; ended where it creeps, for new starts bring more."""
+    options = {"unit": np.ones(len(run.lower)), "evaluations": run.budget, "tolerance": 1e-3}
+
+    def search(z):
+        found = nonsmooth.minimise(run.sloped_cost, z, run.lower, run.upper, **options)
+        return OptimizeResult(x=found.x, fun=found.value)
+
     for start in run.starts():
-        nonsmooth.minimise(run.sloped_cost, start, run.lower, run.upper, **options)
+        repeated(search, start)
 
 
 class Conditions(ca.Callback):
