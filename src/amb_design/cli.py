@@ -244,6 +244,7 @@ def simulate(
     gravity: Annotated[bool, typer.Option("--gravity/--no-gravity", help="weight along -y, or none")] = True,
     sampling: Annotated[str | None, typer.Option(help="controllers sample with this period: '50 us'")] = None,
     delay: Annotated[str | None, typer.Option(help="from a sample to its effect: '50 us'; none if left out")] = None,
+    method: Annotated[str | None, typer.Option(help="discretisation: tustin (if left out) or hold")] = None,
     out: Annotated[Path | None, typer.Option(help="folder for simulation.npz, simulation.json and figures")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="go on with the interrupted run in --out")] = False,
     svg: Annotated[bool, typer.Option("--svg", help="write figures as SVG too")] = False,
@@ -262,8 +263,9 @@ def simulate(
     _check_folder(out)
     if resume and out is None:
         raise SpecError("needs the folder of the run", field="--resume", remedy="add --out FOLDER")
-    if sampling is None and delay is not None:
-        raise SpecError("needs a sampling period", field="--delay", got=delay, remedy="add --sampling '50 us'")
+    for option, given in (("--delay", delay), ("--method", method)):
+        if sampling is None and given is not None:
+            raise SpecError("needs a sampling period", field=option, got=given, remedy="add --sampling '50 us'")
     machine = load_optimum(target, variant) if optimum else load(target, variant)
     state = load_transient(start).final if start.endswith(".npz") else start
     seconds = _quantity(duration, "s", "--duration")
@@ -282,7 +284,11 @@ def simulate(
             gravity=gravity,
             sampling=None
             if sampling is None
-            else Sampling(period=_quantity(sampling, "s", "--sampling"), delay=_quantity(delay or "0", "s", "--delay")),
+            else Sampling(
+                period=_quantity(sampling, "s", "--sampling"),
+                delay=_quantity(delay or "0", "s", "--delay"),
+                method=method or "tustin",
+            ),
             path=chunks,
             resume=resume,
             progress=report,

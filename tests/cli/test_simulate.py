@@ -100,6 +100,8 @@ def test_an_interrupted_run_goes_on(run, machine, tmp_path):
         (("--speed", "10 rpm", "--linear", "--contact"), 2, "does not go with contact"),
         (("--speed", "10 rpm", "--sampling", "0 s"), 2, "period = 0"),
         (("--speed", "10 rpm", "--delay", "1 ms"), 2, "needs a sampling period"),
+        (("--speed", "10 rpm", "--method", "hold"), 2, "--method = 'hold' needs a sampling period"),
+        (("--speed", "10 rpm", "--sampling", "50 us", "--method", "euler"), 2, "method = 'euler'"),
         (("--speed", "10 rpm", "--out", "noise.npz"), 2, "is a file"),
         (("--speed", "10 rpm", "--out", "no/such"), 2, "does not exist"),
     ],

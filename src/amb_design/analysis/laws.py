@@ -133,10 +133,15 @@ def about_unknown_modes(loop: System, limit: StabilityLimit) -> Iterator[str]:
         return
     if found is not None:
         m, part = found.mode, found.unknown
+        order = law.order if isinstance(law, LQG) else None
+        known = "these modes alone are" if order is None else "what it keeps is"
+        why, remedy = f": {_percent(part)} of its energy is in modes that the law does not know", "modes"
+        if order is not None and part < 0.5:
+            why, remedy = "", "order"
         yield (
-            f"Designed with {_known(law)}, the law makes the {m.describe()} unstable {_at(m.speed)} ({m.eigenvalue.real:+.3g} 1/s), "
-            f"where these alone are stable: {_percent(part)} of its energy is in modes that the law does not know. "
-            f"Raise controller.{'modes' if _order(law) is None else 'order or controller.modes'}, or let the law act more slowly."
+            f"Designed with {law.modes} modes{'' if order is None else f' and truncated to {order} states'}, the law makes the {m.describe()} "
+            f"unstable {_at(m.speed)} ({m.eigenvalue.real:+.3g} 1/s), where {known} stable{why}. "
+            f"Raise controller.{remedy}, or let the law act more slowly."
         )
     elif limit.status == FOUND and limit.mode is not None and loop.complex_form == system(loop.machine).complex_form:
         part = unknown_part(loop, limit.mode)
@@ -145,15 +150,6 @@ def about_unknown_modes(loop: System, limit: StabilityLimit) -> Iterator[str]:
                 f"The {limit.mode.describe()} that limits the speed is one that the law does not know: {_percent(part)} of its energy is "
                 f"in modes beyond the {law.modes} of controller.modes."
             )
-
-
-def _known(law: LQG | LQR) -> str:
-    order = _order(law)
-    return f"{law.modes} modes" + ("" if order is None else f", of which {order} states are kept")
-
-
-def _order(law: LQG | LQR) -> int | None:
-    return law.order if isinstance(law, LQG) else None
 
 
 def _at(speed: float) -> str:
