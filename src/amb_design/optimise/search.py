@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from ..analysis.system import Array
+from ..errors import SolveError
 from .evaluation import Rows
 
 Evaluate = Callable[[Array, float], Rows]
@@ -120,7 +121,7 @@ def search(
     Parameters
     ----------
     evaluate : callable
-        Rows at (x, level).
+        Rows at (x, level). Steps to where it raises a SolveError are taken shorter.
     x : ndarray
         Start in the unit cube.
     level : float
@@ -165,8 +166,12 @@ def search(
             cuts, radius = [], 0.25 * radius
             continue
         new_x, new_level = np.clip(trace.x + step[:-1], 0.0, 1.0), float(trace.level + step[-1])
-        rows = evaluate(new_x, new_level)
         trace.evaluations += 1
+        try:
+            rows = evaluate(new_x, new_level)
+        except SolveError:  # no law can be designed there
+            cuts, radius = [], 0.25 * radius
+            continue
         trace.see(new_x, new_level, rows, 10.0 * settings.tolerance)
         after = rows.worst if frozen_level else max(rows.worst, 0.0)
         won = (0.0 if frozen_level else step[-1]) + (1.0 if frozen_level else penalty) * (violation - after)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.system import Array
+from ..errors import SolveError
 from ..spec.problem import DesignProblem
 from .evaluation import LOWEST, Evaluator, Rows
 from .search import Settings, Trace, search
@@ -251,8 +252,14 @@ class Starter:
         if index == 0:
             return self.evaluator.scaling.point(np.array(list(self.problem.start().values())))
         points = np.random.default_rng([seed, index]).random((LOOKED_AT, self.evaluator.variables))
-        seen = [self.evaluator.worst(x, COMMON, self.modes, QUICK) for x in points]
-        return np.asarray(points[int(np.argmin(seen))])
+        return np.asarray(min(points, key=self._glimpse))
+
+    def _glimpse(self, x: Array) -> float:
+        """How unstable a point is; infinitely so where no law can be designed."""
+        try:
+            return self.evaluator.worst(x, COMMON, self.modes, QUICK)
+        except SolveError:
+            return np.inf
 
     def _settled(
         self, x: Array, level: float, settings: Settings, modes: int | None, hessian: Array | None = None
