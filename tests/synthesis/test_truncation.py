@@ -75,7 +75,15 @@ def two_areas(shift: float) -> Plant:
     b, c = np.zeros((7, 2)), np.zeros((3, 7))
     b[1, 0] = b[5, 1] = 12.5
     c[0, 0] = c[1, 3] = c[2, 4] = 1.0
-    values = {"A0": a, "A1": 0.0 * a, "B": b, "C": c, "Q": np.eye(7), "W": np.eye(7), "E": np.zeros((0, 3))}
+    values = {
+        "A0": a.astype(complex),
+        "A1": 0.0 * a,
+        "B": b,
+        "C": c,
+        "Q": np.eye(7),
+        "W": np.eye(7),
+        "E": np.zeros((0, 3)),
+    }
     return Plant(values, {name: np.zeros((0, *x.shape)) for name, x in values.items()})
 
 

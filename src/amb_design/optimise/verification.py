@@ -114,7 +114,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
     """
     problem, ev = starter.problem, starter.evaluator
     failed: set[str] = set()
-    objective, shorter = outcome.objective, None
+    shorter = None
     for rounds in range(ROUNDS + 1):
         objective = outcome.objective
         audits, found = _audits(problem, outcome, objective)

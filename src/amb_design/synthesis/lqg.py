@@ -8,7 +8,7 @@ designed at rest to those designed at the design speed, so that the whole law do
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -74,7 +74,8 @@ def regulator_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data
         Derivative of the speed.
     """
     n, m, e = plant.sizes
-    v, d = plant.values, plant.changes
+    there = plant.at(speed, moves)
+    v, d = there.values, there.changes
     unit = v["R"][0]
 
     def widened(A: Array, integrated: Array) -> Array:
@@ -87,10 +88,9 @@ def regulator_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data
     def tall(B: Array) -> Array:
         return np.concatenate([B, np.zeros((*B.shape[:-2], e, m))], axis=-2) / PACE
 
-    dA = d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]
     return (
-        Data(widened(v["A0"] + speed * v["A1"], v["E"] @ v["C"]), tall(v["B"]), v["Q"] / unit, v["R"] / unit),
-        Data(widened(dA, d["E"] @ v["C"] + v["E"] @ d["C"]), tall(d["B"]), d["Q"] / unit, d["R"] / unit),
+        Data(widened(v["A0"], v["E"] @ v["C"]), tall(v["B"]), v["Q"] / unit, v["R"] / unit),
+        Data(widened(d["A0"], d["E"] @ v["C"] + v["E"] @ d["C"]), tall(d["B"]), d["Q"] / unit, d["R"] / unit),
     )
 
 
@@ -102,15 +102,16 @@ def observer_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data]
     plant, speed, moves
         As in `regulator_data`.
     """
-    v, d, unit = plant.values, plant.changes, plant.values["V"][0]
+    there = plant.at(speed, moves)
+    v, d = there.values, there.changes
+    unit = v["V"][0]
 
     def turned(x: Array) -> Array:
         return adjoint(x) / PACE
 
-    dA = d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]
     return (
-        Data(turned(v["A0"] + speed * v["A1"]), turned(v["C"]), v["W"] / unit, v["V"] / unit),
-        Data(turned(dA), turned(d["C"]), d["W"] / unit, d["V"] / unit),
+        Data(turned(v["A0"]), turned(v["C"]), v["W"] / unit, v["V"] / unit),
+        Data(turned(d["A0"]), turned(d["C"]), d["W"] / unit, d["V"] / unit),
     )
 
 
@@ -156,10 +157,7 @@ def law_of(plant: Plant, speed: float, moves: Array, scheduled: bool) -> Law:
     """
     if not scheduled:
         one = gains(plant, speed, moves)
-        v, d = plant.values, plant.changes
-        turned = d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]
-        at_speed = replace(plant, values=v | {"A0": v["A0"] + speed * v["A1"]}, changes=d | {"A0": turned})
-        constant, d_constant = _blocks(at_speed, "A0", one.K, one.L, one.dK, one.dL, True)
+        constant, d_constant = _blocks(plant.at(speed, moves), "A0", one.K, one.L, one.dK, one.dL, True)
         return Law(constant, {}, d_constant, {}, (one,))
     rest, there = gains(plant, 0.0, np.zeros_like(moves)), gains(plant, speed, moves)
     K, L = ((b - a) / speed for a, b in ((rest.K, there.K), (rest.L, there.L)))

@@ -39,19 +39,37 @@ class Plant:
         A0, A1 (n, n), B (n, m), C (m, n), E (e, m) from what the law sees to its integrals; weights Q (n + e, n + e), R (m); noise W (n, n), V (m). e is m with integral action, else 0.
     changes : dict of str to ndarray
         Their derivatives, along a first axis.
-    planes : int
-        Planes that the states stand for: one complex coordinate for both is one, y and z are two.
     """
 
     values: dict[str, Array]
     changes: dict[str, Array]
-    planes: int = 1
 
     @property
     def sizes(self) -> tuple[int, int, int]:
         """States n, inputs m, integrals e."""
         n, m = self.values["B"].shape
         return n, m, len(self.values["Q"]) - n
+
+    @property
+    def planes(self) -> int:
+        """Planes that the states stand for: one complex coordinate for both is one, y and z are two."""
+        return 1 if np.iscomplexobj(self.values["A0"]) else 2
+
+    def at(self, speed: float, moves: Array) -> Plant:
+        """The plant at one speed: its A0 is A0 + speed A1, and it has no A1.
+
+        Parameters
+        ----------
+        speed : float
+            Spin speed [rad/s].
+        moves : ndarray, shape (k,)
+            Derivative of the speed with respect to the variables.
+        """
+        values, changes = dict(self.values), dict(self.changes)
+        rate, turned = values.pop("A1"), changes.pop("A1")
+        values["A0"] = values["A0"] + speed * rate
+        changes["A0"] = changes["A0"] + speed * turned + moves[:, None, None] * rate
+        return Plant(values, changes)
 
 
 class PlantFamily:
@@ -86,8 +104,7 @@ class PlantFamily:
         p : ndarray, shape (parameters,)
         """
         values, slopes = (x.full() for x in self._function(p))
-        planes = 1 if self.complex_form else 2
-        return Plant(self._split(values[:, 0]), self._split(slopes.T), planes)
+        return Plant(self._split(values[:, 0]), self._split(slopes.T))
 
     def _split(self, flat: Array) -> dict[str, Array]:
         """Matrices from entries along the last axis, column by column."""

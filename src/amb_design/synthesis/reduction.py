@@ -51,6 +51,11 @@ class Basis:
         """Number of modes."""
         return len(self.frequencies)
 
+    @property
+    def planes(self) -> int:
+        """Planes that the modes stand for: one complex coordinate for both is one, y and z are two."""
+        return 1 if self.complex_form else 2
+
 
 def basis_of(machine: Machine, modes: int) -> Basis:
     """Lowest modes at rest of a machine without its magnets.

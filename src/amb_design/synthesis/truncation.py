@@ -10,7 +10,7 @@ inside; what is built on them (responses, eigenvalues of the closed loop) has th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sla
@@ -51,11 +51,8 @@ def truncated(plant: Plant, speed: float, moves: Array, order: int) -> Plant:
 
     Parameters
     ----------
-    plant : Plant
-    speed : float
-        Spin speed [rad/s].
-    moves : ndarray, shape (k,)
-        Derivative of the speed.
+    plant, speed, moves
+        As in `lqg.regulator_data`.
     order : int
         States that are kept, in each plane.
 
@@ -78,7 +75,7 @@ def truncated(plant: Plant, speed: float, moves: Array, order: int) -> Plant:
     for name, x, dx in (("Q", right, d_right), ("W", adjoint(t.left), adjoint(t.d_left))):
         half = adjoint(dx) @ v[name] @ x
         values[name], changes[name] = adjoint(x) @ v[name] @ x, half + adjoint(half) + adjoint(x) @ d[name] @ x
-    return replace(plant, values=values, changes=changes)
+    return Plant(values, changes)
 
 
 def truncation(plant: Plant, speed: float, moves: Array, order: int) -> Truncation:
@@ -89,9 +86,9 @@ def truncation(plant: Plant, speed: float, moves: Array, order: int) -> Truncati
     plant, speed, moves, order
         As in `truncated`.
     """
-    v, d = plant.values, plant.changes
-    A = (v["A0"] + speed * v["A1"]) / PACE
-    dA = (d["A0"] + speed * d["A1"] + moves[:, None, None] * v["A1"]) / PACE
+    there = plant.at(speed, moves)
+    v, d = there.values, there.changes
+    A, dA = v["A0"] / PACE, d["A0"] / PACE
     n, complex_form = len(A), np.iscomplexobj(A)
     eye = np.eye(n)
     T, Z, kept = sla.schur(A + STANDS * eye, output="complex" if complex_form else "real", sort="rhp")

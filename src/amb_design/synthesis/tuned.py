@@ -58,7 +58,7 @@ class TunedLaw:
         n, m = self._plant.shapes["B"]
         self._order = law.order
         if law.order is not None:
-            n = law.order * (1 if basis.complex_form else 2)
+            n = law.order * basis.planes
         size = n + (0 if law.integral is None else m)
         shapes = {"a": (size, size), "b": (size, m), "c": (m, size)}
         # Integrals follow what is sensed alone, whatever the gains and the speed.
