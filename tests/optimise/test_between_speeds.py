@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.optimise.evaluation import BETWEEN, Evaluator
+from amb_design.optimise.evaluation import CLOSER, Evaluator
 from amb_design.optimise.search import Settings
 from amb_design.optimise.start import ALMOST, Starter
 from synthesis.levitated import laws, small
@@ -45,7 +45,7 @@ def test_the_worst_speed_between_two_is_found():
     x = evaluator.scaling.point(np.array(list(nominal.start().values())))
     assert evaluator.rows(x, 1.0).worst <= 0.0  # nothing wrong, as far as it looks
     (found,) = evaluator.overlooked(x, 1.0)
-    assert found == pytest.approx(np.linspace(0.0, 1.0, 41)[seen.argmin()], abs=1.0 / BETWEEN)
+    assert found == pytest.approx(np.linspace(0.0, 1.0, 41)[seen.argmin()], abs=0.5 / CLOSER)
     state = evaluator.cases[0].state(evaluator.scaling.values(x))
     excess = evaluator.cases[0].shortfalls(state.eigenvalues(np.array([found * TOP])))
     assert excess["damping_ratio"] == pytest.approx(1.0 - damping(nominal.machine, [found * TOP]) / 0.46, abs=1e-8)

@@ -19,8 +19,9 @@ from .measures.samples import Samples, peaks
 from .state import State
 from .variables import Scaling
 
-FRACTIONS = np.linspace(0.0, 1.0, 13)
-"""Speeds, as fractions of the range, at which eigenvalues are held down; others are added where a check finds violations."""
+FRACTIONS = np.array([0.0, 0.03125, *np.linspace(0.125, 1.0, 8)])
+"""Speeds, as fractions of the range, at which eigenvalues are held down; one more near rest, where planar modes turn into whirls. Others
+are added where a check finds violations."""
 
 CHECKED = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Fractions of the range at which sensitivities and noise currents are held down."""
@@ -35,8 +36,11 @@ LOW = 0.25
 """Fraction of a limit below which a value is taken as it is."""
 
 
-BETWEEN = 8
-"""Parts into which the steps between the fractions are divided when what lies between them is looked at."""
+CLOSER = 4
+"""Parts into which the halves of the steps between the fractions are divided where the excess over a limit has a peak between them."""
+
+NEAR = -1.0
+"""Excess from which such a peak is looked at."""
 
 ADDED = 3
 """Fractions that are added at once, for each scenario and quantity."""
@@ -95,6 +99,13 @@ def _condition(limit: Limit, bound: float, values: Array, slopes: Array) -> tupl
     safe = np.where(low, LOW, ratio)
     bent = np.where(low, 1.0 - 1.0 / LOW + (ratio - LOW) / LOW**2, 1.0 - 1.0 / safe)
     return bent, slopes / (bound * safe**2)[:, None], np.ones(len(values))
+
+
+def highest(excess: Array, least: float) -> Array:
+    """Indices of the highest peaks of a table, `ADDED` at most, as far as they are higher than the least."""
+    tops = peaks(excess)
+    tops = tops[excess[tops] > least]
+    return np.asarray(tops[np.argsort(-excess[tops])][:ADDED])
 
 
 class Case:
@@ -303,17 +314,19 @@ class Evaluator:
         """
         p, end = self.scaling.values(x), self.end(level)
         found: set[float] = set()
-        gaps = np.diff(self.fractions)
-        between = np.sort((self.fractions[:-1] + np.arange(1, BETWEEN)[:, None] / BETWEEN * gaps).ravel())
+        wide = np.sort(np.append(self.fractions, (self.fractions[:-1] + self.fractions[1:]) / 2.0))
         for case in self.cases:
             state = case.state(p, modes)
-            for quantity, excess in case.shortfalls(state.eigenvalues(between * end)).items():
-                excess = excess + self.margins.get(quantity, 0.0)
-                worst = peaks(excess)
-                worst = worst[excess[worst] > SLIGHT]
-                found |= set(between[worst[np.argsort(-excess[worst])][:ADDED]].tolist())
+            values = state.eigenvalues(wide * end)
+            tops = [highest(excess, NEAR) for excess in case.shortfalls(values).values()]
+            gaps = np.intersect1d(np.arange(len(wide) - 1), np.concatenate([np.append(t - 1, t) for t in tops]))
+            close = (wide[gaps] + np.arange(1, CLOSER)[:, None] / CLOSER * np.diff(wide)[gaps]).ravel()
+            at, order = np.unique(np.append(wide, close), return_index=True)
+            values = np.vstack([values, state.eigenvalues(close * end)])[order]
+            for quantity, excess in case.shortfalls(values).items():
+                found |= set(at[highest(excess + self.margins.get(quantity, 0.0), SLIGHT)].tolist())
             self._count(state)
-        return np.array(sorted(found))
+        return np.setdiff1d(sorted(found), self.fractions)
 
     def worst(self, x: Array, level: float, modes: int, fractions: Array) -> float:
         """Largest violation of stability alone: a quick look at a point."""
