@@ -188,3 +188,12 @@ def test_list(run):
 def test_version_and_usage(run):
     assert run("--version")[1].startswith("amb-design ")
     assert run("analyse")[0] == 2
+
+
+def test_python_m():
+    """Where the script is not on the path."""
+    asked = [sys.executable, "-m", "amb_design", "analyse", "no-such-machine"]
+    ended = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("amb-design: ")
+    assert len(ended.stderr.splitlines()) == 1
