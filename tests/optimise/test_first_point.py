@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
@@ -37,3 +38,15 @@ def test_first_start_ends_no_worse_than_the_machine_as_it_is(monkeypatch):
     kept = again.run(0, 0)
     assert kept.objective >= 0.9999 * found.objective
     assert again.run(0, 1) is lost  # other starts are what they are
+
+
+def test_what_is_infeasible_has_the_objective_of_its_point():
+    """Nothing is asked of the objective while a search looks for a point within the limits; here its gains cannot bring one."""
+    small = small_problem().machine
+    bounds = {"controller.kp": (5e3, 7e3), "rotor.disks[0].mass": (5.5, 6.5)}
+    limits = {"damping_ratio": {"limit": 0.9, "window": (60.0, 1200.0)}}
+    problem = ad.DesignProblem(small, minimise="mass", speed=300.0, free=bounds, limits=limits)
+    found = starter(problem, Effort(10, 5, 5)).run(0, 0)
+    assert found.status == INFEASIBLE
+    shaft = 7850.0 * math.pi / 4.0 * 0.03**2 * 0.6
+    assert found.objective == pytest.approx(shaft + found.values["rotor.disks[0].mass"], rel=1e-9)

@@ -158,6 +158,8 @@ class Starter:
             x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True
         )
         if trace.rows.worst > settings.tolerance:
+            if not self.problem.seeks_speed:  # what the point has, for nothing was asked of it
+                trace.level = self.evaluator.start_level(trace.x, self.modes)
             return self._outcome(index, trace, INFEASIBLE, clock)
         level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)
         coarse = Settings(
