@@ -101,7 +101,7 @@ def _condition(limit: Limit, bound: float, values: Array, slopes: Array) -> tupl
     return bent, slopes / (bound * safe**2)[:, None], np.ones(len(values))
 
 
-def highest(excess: Array, least: float) -> Array:
+def _highest(excess: Array, least: float) -> Array:
     """Indices of the highest peaks of a table, `ADDED` at most, as far as they are higher than the least."""
     tops = peaks(excess)
     tops = tops[excess[tops] > least]
@@ -318,13 +318,13 @@ class Evaluator:
         for case in self.cases:
             state = case.state(p, modes)
             values = state.eigenvalues(wide * end)
-            tops = [highest(excess, NEAR) for excess in case.shortfalls(values).values()]
+            tops = [_highest(excess, NEAR) for excess in case.shortfalls(values).values()]
             gaps = np.intersect1d(np.arange(len(wide) - 1), np.concatenate([np.append(t - 1, t) for t in tops]))
             close = (wide[gaps] + np.arange(1, CLOSER)[:, None] / CLOSER * np.diff(wide)[gaps]).ravel()
             at, order = np.unique(np.append(wide, close), return_index=True)
             values = np.vstack([values, state.eigenvalues(close * end)])[order]
             for quantity, excess in case.shortfalls(values).items():
-                found |= set(at[highest(excess + self.margins.get(quantity, 0.0), SLIGHT)].tolist())
+                found |= set(at[_highest(excess + self.margins.get(quantity, 0.0), SLIGHT)].tolist())
             self._count(state)
         return np.setdiff1d(sorted(found), self.fractions)
 

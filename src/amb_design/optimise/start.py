@@ -157,11 +157,10 @@ class Starter:
         trace = self._search(
             x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True
         )
+        if not self.problem.seeks_speed:  # what the point has, for nothing was asked of it
+            level = trace.level = self.evaluator.start_level(trace.x, self.modes)
         if trace.rows.worst > settings.tolerance:
-            if not self.problem.seeks_speed:  # what the point has, for nothing was asked of it
-                trace.level = self.evaluator.start_level(trace.x, self.modes)
             return self._outcome(index, trace, INFEASIBLE, clock)
-        level = max(level, trace.level) if self.problem.seeks_speed else self.evaluator.start_level(trace.x, self.modes)
         coarse = Settings(
             steps=self.effort.coarse, tolerance=1e-6, progress=1e-4, highest=settings.highest, level_radius=self._reach
         )

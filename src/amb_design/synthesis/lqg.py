@@ -68,10 +68,8 @@ def regulator_data(plant: Plant, speed: float, moves: Array) -> tuple[Data, Data
     Parameters
     ----------
     plant : Plant
-    speed : float
-        Spin speed [rad/s].
-    moves : ndarray, shape (k,)
-        Derivative of the speed.
+    speed, moves
+        As in `Plant.at`.
     """
     n, m, e = plant.sizes
     there = plant.at(speed, moves)

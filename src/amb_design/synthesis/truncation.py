@@ -51,8 +51,9 @@ def truncated(plant: Plant, speed: float, moves: Array, order: int) -> Plant:
 
     Parameters
     ----------
-    plant, speed, moves
-        As in `lqg.regulator_data`.
+    plant : Plant
+    speed, moves
+        As in `Plant.at`.
     order : int
         States that are kept, in each plane.
 
