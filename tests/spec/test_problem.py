@@ -18,7 +18,8 @@ from amb_design import cli
 from amb_design.errors import SpecError
 from amb_design.spec import files, paths, problem_files
 from amb_design.spec.fields import is_symbolic
-from amb_design.spec.problem import DesignProblem, Limit, Measure, Scenario, Tie, UnbalancePattern, Variable
+from amb_design.spec.problem import DesignProblem
+from amb_design.spec.problem_parts import Limit, Measure, Scenario, Tie, UnbalancePattern, Variable
 from amb_design.units import rpm
 from spec.bad_problems import BAD_PROBLEMS, GOOD, MACHINE, BadProblem, edited, write
 from spec.test_bad_files import PIECES

@@ -27,7 +27,8 @@ from ..model import strength
 from ..model.mesh import plan
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
-from ..spec.problem import DesignProblem, Measure, Scenario
+from ..spec.problem import DesignProblem
+from ..spec.problem_parts import Measure, Scenario
 from ..synthesis.design import synthesise
 from .measures.critical import AMPLIFIED
 from .measures.noise import QUANTITIES as NOISY

@@ -17,7 +17,8 @@ from ..errors import SolveError
 from ..proof.claims import Proof, prove_stability_limit
 from ..spec.machine import Machine
 from ..spec.paths import numbers
-from ..spec.problem import DesignProblem, Limit
+from ..spec.problem import DesignProblem
+from ..spec.problem_parts import Limit
 from .audit import Audit, audit, stable_up_to
 from .evaluation import LOWEST, Evaluator
 from .start import FOUND, INFEASIBLE, Outcome

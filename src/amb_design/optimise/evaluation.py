@@ -10,7 +10,8 @@ import numpy as np
 
 from ..analysis.modes import WHIRL_FREQUENCY
 from ..analysis.system import Array
-from ..spec.problem import DesignProblem, Limit, Measure, Scenario
+from ..spec.problem import DesignProblem
+from ..spec.problem_parts import Limit, Measure, Scenario
 from .coordinates import Coordinates, modal
 from .loop_family import LoopFamily, loop_family
 from .measures import critical, loops, modes, noise, statics, whirl

@@ -14,7 +14,8 @@ from ..model.mesh import plan
 from ..spec.controller import LQG
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
-from ..spec.problem import DesignProblem, Scenario
+from ..spec.problem import DesignProblem
+from ..spec.problem_parts import Scenario
 from ..synthesis.tuned import TunedLaw
 from .family import Family
 

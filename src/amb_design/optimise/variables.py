@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..analysis.system import Array
-from ..spec.problem import Variable
+from ..spec.problem_parts import Variable
 
 
 @dataclass(frozen=True)

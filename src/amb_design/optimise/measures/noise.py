@@ -14,7 +14,7 @@ import numpy as np
 
 from ...analysis.noise import check_filtered
 from ...analysis.system import Array
-from ...spec.problem import Measure
+from ...spec.problem_parts import Measure
 from ..loop_family import LoopFamily
 from ..state import State
 from .modes import SLOW

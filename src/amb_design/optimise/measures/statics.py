@@ -10,7 +10,7 @@ import scipy.linalg as sla
 
 from ...analysis.system import Array
 from ...model import strength
-from ...spec.problem import Measure
+from ...spec.problem_parts import Measure
 from ..loop_family import LoopFamily
 from .samples import Samples, rpm_text
 
