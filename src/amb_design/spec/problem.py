@@ -29,9 +29,9 @@ from .problem_parts import (
     read_scenario,
     read_tie,
     read_variable,
-    table_of,
 )
 from .quantities import QUANTITIES
+from .tables import as_table
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class DesignProblem:
         object.__setattr__(self, name, found)
 
     def _each(self, section: str, read: Callable[[str, Any], Any]) -> tuple[Any, ...]:
-        return tuple(read(name, raw) for name, raw in table_of(getattr(self, section), section).items())
+        return tuple(read(name, raw) for name, raw in as_table(getattr(self, section), section).items())
 
     @property
     def top_speed(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import SpecError
 from .fields import Shown, is_number
 from .quantities import QUANTITIES, Quantity
-from .tables import closest
+from .tables import as_table, closest
 
 SCALES = ("linear", "log")
 
@@ -124,15 +124,6 @@ class Scenario:
     unbalance: float = 1.0
 
 
-def table_of(raw: Any, section: str) -> Mapping[str, Any]:
-    """What must be a table."""
-    if not isinstance(raw, Mapping):
-        raise SpecError(
-            "must be a table", field=section, got=raw, remedy=f"write [{section}], then lines of key = value"
-        )
-    return raw
-
-
 def _finite(raw: Any, where: str, remedy: str) -> float:
     try:
         found = float(raw) if is_number(raw) else math.nan
@@ -171,7 +162,7 @@ def read_variable(name: str, raw: Any) -> Variable:
 def read_tie(name: str, raw: Any) -> Tie:
     """A tied number from its factors."""
     where = f"ties.{name}"
-    terms = {k: _finite(v, f"{where}.{k}", "give the factor of the variable") for k, v in table_of(raw, where).items()}
+    terms = {k: _finite(v, f"{where}.{k}", "give the factor of the variable") for k, v in as_table(raw, where).items()}
     constant = terms.pop("constant", 0.0)
     if not terms:
         raise SpecError(
@@ -255,7 +246,7 @@ def read_scenario(name: str, raw: Any) -> Scenario:
     """A scenario from its factors."""
     where = f"scenarios.{name}"
     factors = {}
-    for path, factor in table_of(raw, where).items():
+    for path, factor in as_table(raw, where).items():
         factors[path] = _finite(factor, f"{where}.{path}", "give a factor; 1 changes nothing")
         if factors[path] <= 0.0:
             raise SpecError("must be positive", field=f"{where}.{path}", got=factor, remedy="give a factor above zero")

@@ -352,9 +352,10 @@ def quoted(key: str) -> str:
 
 def as_table(raw: Any, field: str = "") -> dict[str, Any]:
     """The value itself, if it is a table."""
-    if not isinstance(raw, dict):
-        raise SpecError("must be a table", field=field, got=raw, remedy="write [its.path], then lines of key = value")
-    return raw
+    if not isinstance(raw, Mapping):
+        remedy = f"write [{field or 'its.path'}], then lines of key = value"
+        raise SpecError("must be a table", field=field, got=raw, remedy=remedy)
+    return dict(raw)
 
 
 def by_path(tables: Mapping[str, Any], section: str) -> dict[str, Any]:
