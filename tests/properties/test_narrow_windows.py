@@ -18,7 +18,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from amb_design.analysis.certificate import Crossing, Range, Walk
-from amb_design.analysis.threads import one_thread
+from amb_design.threads import one_thread
 
 WIDTHS = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7]
 FAMILIES = 24  # for each width, half of them real

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 import amb_design as ad
 from amb_design.analysis.certificate import Walk
-from amb_design.analysis.threads import one_thread
+from amb_design.threads import one_thread
 from properties.machines import machines
 from refine import eigenvalue, onset
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from ..errors import SolveError
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import Eigensystem, Walk
 from .critical import CriticalSpeed, critical_speeds
 from .modes import OVERDAMPED, mode, whirls
 from .polish import Polisher
 from .system import Array, System, ascending, system
-from .threads import one_thread
 
 TRUNCATION = 1e-6
 """A truncated basis is accepted if it moves no eigenvalue shown by more than this fraction."""

@@ -16,11 +16,11 @@ import scipy.linalg as sla
 
 from ..errors import SolveError
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import Walk
 from .modes import Mode, circular, mode, refined, unpinned
 from .polish import Polisher
 from .system import Array, System, dense, system
-from .threads import one_thread
 
 SETTLED = 1e-7
 """Relative step of the Newton iteration below which a critical speed has arrived; rounding on fine meshes allows no less."""

@@ -16,13 +16,13 @@ import numpy as np
 from ..errors import ModelError, SpecError
 from ..spec.machine import Machine
 from ..spec.parts import place, stations
+from ..threads import one_thread
 from . import places
 from .exponentials import History, Piece, half_sine, settled_after, step
 from .modal import ModalLoop, Signals
 from .modes import whirls
 from .scan import zoomed
 from .system import Array, System, system
-from .threads import one_thread
 
 NEARLY = 0.98
 """With 24 samples a period, maxima lie less than one per cent above the samples around them."""

@@ -19,10 +19,10 @@ from ..model.loop import structure
 from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
 from ..synthesis.design import synthesise
+from ..threads import one_thread
 from .frequency import Loops
 from .modes import whirls
 from .system import Array, System, system
-from .threads import one_thread
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from ..model.parametric import parametric
 from ..spec.machine import Machine
 from ..spec.paths import find, is_switched_off, numbers, skeleton, value
 from ..synthesis.design import synthesise
+from ..threads import one_thread
 from .critical import CriticalSpeed, critical_mode
 from .modes import Mode
 from .system import Array
@@ -200,6 +201,7 @@ def movable(machine: Machine, mesh: Mesh) -> dict[str, tuple[str, ...]]:
     return groups
 
 
+@one_thread
 def eigenvalue_gradient(machine: Machine, mode: Mode, free: Sequence[str] | None = None) -> Mapping[str, complex]:
     """Derivative of an eigenvalue at fixed speed.
 
@@ -225,6 +227,7 @@ def eigenvalue_gradient(machine: Machine, mode: Mode, free: Sequence[str] | None
     return model.named(model.eigenvalue(mode), free)
 
 
+@one_thread
 def stability_gradient(machine: Machine, mode: Mode | None, free: Sequence[str] | None = None) -> Mapping[str, float]:
     """Derivative of a stability limit or any other onset speed.
 
@@ -252,6 +255,7 @@ def stability_gradient(machine: Machine, mode: Mode | None, free: Sequence[str] 
     return model.named(-model.eigenvalue(mode).real / model.speed_rate(mode).real, free)
 
 
+@one_thread
 def critical_speed_gradient(
     machine: Machine, critical: CriticalSpeed, free: Sequence[str] | None = None
 ) -> Mapping[str, float]:

@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .modal import LoopView, ModalLoop, Signals
 from .scan import maximum, roots
 from .system import Array, System, system
-from .threads import one_thread
 
 NEGLIGIBLE = 1e-3
 """Where L stays below this modulus nothing is looked for: gain margins above 60 dB, up or down, count as none."""

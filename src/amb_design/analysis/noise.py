@@ -20,9 +20,9 @@ import scipy.linalg as sla
 from ..errors import ModelError
 from ..model.loop import ports
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import Walk
 from .system import Array, System, dense, system
-from .threads import one_thread
 
 
 @one_thread

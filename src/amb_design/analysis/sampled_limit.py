@@ -15,10 +15,10 @@ import numpy as np
 from ..errors import ModelError
 from ..spec.machine import Machine
 from ..spec.sampling import Sampling
+from ..threads import one_thread
 from .sampled import SampledLoop
 from .stability import FOUND, MARGINAL, NONE, UNSTABLE
 from .system import Array, ascending
-from .threads import one_thread
 
 STEPS = 40
 """Steps of the sweep before it is refined."""

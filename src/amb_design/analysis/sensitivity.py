@@ -11,11 +11,11 @@ import numpy as np
 from ..errors import ModelError
 from ..model.loop import Structure
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import Walk
 from .frequency import Loops
 from .scan import distinct
 from .system import Array, System, ascending, system
-from .threads import one_thread
 
 ZONES = (("A", 3.0), ("B", 4.0), ("C", 5.0))
 """Upper limits of the peak sensitivity of the zones (ISO 14839-3:2006); zone D lies above."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import Walk
 from .modes import Mode, mode
 from .system import System, system
-from .threads import one_thread
 
 
 @one_thread

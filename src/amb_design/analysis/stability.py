@@ -9,10 +9,10 @@ import numpy as np
 
 from ..errors import ModelError, SolveError
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .certificate import RESOLUTION, Crossing, Eigensystem, Walk
 from .modes import Mode, mode
 from .system import System, system
-from .threads import one_thread
 
 FOUND = "limit found"
 NONE = "none below the top speed"

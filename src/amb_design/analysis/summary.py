@@ -14,6 +14,7 @@ from typing import Any
 from ..errors import ModelError
 from ..spec.machine import Machine
 from ..spec.paths import metadata, value
+from ..threads import one_thread
 from .critical import CriticalSpeed, critical_speeds
 from .equivalent import Equivalent, equivalent_coefficients
 from .findings import Finding, findings
@@ -24,7 +25,6 @@ from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, Onset, StabilityLimit, stability_limit
 from .standards import MARGIN, Criterion, criteria, running_speed
 from .system import system
-from .threads import one_thread
 
 RPM = 30.0 / math.pi
 

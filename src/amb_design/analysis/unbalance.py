@@ -12,11 +12,11 @@ import numpy as np
 from ..errors import ModelError
 from ..model.magnet import negative_stiffness
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .frequency import Loops, column
 from .modes import circular, unpinned
 from .places import interpolated
 from .system import Array, System, ascending, node_positions, system
-from .threads import one_thread
 
 
 @dataclass(frozen=True)

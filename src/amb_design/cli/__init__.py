@@ -15,6 +15,7 @@ import typer
 
 from .. import __version__
 from ..errors import AmbDesignError, SolveError
+from ..threads import one_thread
 from . import analyse, check, compare, export, init, optimise, problems, prove, simulate
 
 app = typer.Typer(
@@ -56,9 +57,9 @@ app.command("export")(export.export)
 def main() -> NoReturn:
     """Entry point: run a command and turn errors into one sentence and an exit status."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # one BLAS thread inside, processes outside
+        os.environ.setdefault(name, "1")  # for worker processes, which have yet to load these libraries
     try:
-        app()
+        one_thread(app)()
     except AmbDesignError as error:
         typer.echo(f"amb-design: {error}", err=True)
         sys.exit(3 if isinstance(error, SolveError) else 2)

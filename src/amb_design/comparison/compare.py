@@ -8,11 +8,11 @@ from typing import Any
 
 from ..analysis.stability import stability_limit
 from ..analysis.system import system
-from ..analysis.threads import one_thread
 from ..errors import SpecError
 from ..optimise.design import Design
 from ..spec.comparison import Comparison, Conditions
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .assessment import Assessment
 from .chosen import completed, top_speed
 from .plants import notes as plant_notes

@@ -15,8 +15,8 @@ import numpy as np
 import scipy.linalg as sla
 
 from ..analysis.system import Array
-from ..analysis.threads import one_thread
 from ..errors import ModelError
+from ..threads import one_thread
 from .dense import DenseFamily
 from .family import Family
 from .multiplicity import Group, coalesced, groups

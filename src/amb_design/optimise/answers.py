@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis.threads import one_thread
 from ..errors import SolveError
 from ..spec.problem import DesignProblem
+from ..threads import one_thread
 from .design import Design
 from .solve import starter
 from .start import INFEASIBLE, Effort, Outcome

@@ -20,7 +20,6 @@ from ..analysis.noise import noise_current
 from ..analysis.sensitivity import CHECKED_TO, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
 from ..analysis.system import Array, System, system
-from ..analysis.threads import one_thread
 from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_response
 from ..model import magnet as magnetics
 from ..model import strength
@@ -30,6 +29,7 @@ from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem
 from ..spec.problem_parts import Measure, Scenario
 from ..synthesis.design import synthesise
+from ..threads import one_thread
 from .measures.critical import AMPLIFIED
 from .measures.noise import QUANTITIES as NOISY
 from .measures.whirl import QUANTITIES as DRIVEN

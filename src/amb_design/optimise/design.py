@@ -19,6 +19,7 @@ from ..spec.machine import Machine
 from ..spec.paths import numbers
 from ..spec.problem import DesignProblem
 from ..spec.problem_parts import Limit
+from ..threads import one_thread
 from .audit import Audit, audit, stable_up_to
 from .evaluation import LOWEST, Evaluator
 from .start import FOUND, INFEASIBLE, Outcome
@@ -205,6 +206,7 @@ class Design:
         return f"limits that cannot be held together: {what}"
 
     @cached_property
+    @one_thread
     def reach_before(self) -> float:
         """Speed up to which the machine as it was is stable and within all limits [rad/s], as the search sees it."""
         if not self.problem.seeks_speed:

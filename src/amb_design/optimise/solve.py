@@ -12,9 +12,9 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from ..analysis.threads import one_thread
 from ..errors import SpecError
 from ..spec.problem import DesignProblem
+from ..threads import one_thread
 from .design import Design
 from .start import INFEASIBLE, Effort, Outcome, Starter
 from .verification import MARGIN, Verified, verify

@@ -16,8 +16,8 @@ import numpy as np
 
 from ..analysis.certificate import RESOLUTION, Crossing, Walk
 from ..analysis.system import Array
-from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError
+from ..threads import one_thread
 from .abscissa import Descent, bounds, starting_points
 from .coordinates import identity
 from .evaluation import Rows

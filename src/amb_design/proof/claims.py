@@ -19,10 +19,10 @@ from ..analysis.certificate import Crossing, Walk
 from ..analysis.sensitivity import no_loop
 from ..analysis.stability import FOUND, NONE, stability_limit
 from ..analysis.system import Array, System, dense, system
-from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
 from ..model.loop import ports
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .checker import FORMAT, LARGEST, Ball, Family, ProofError, check, fingerprint, hamiltonian, read, sector
 from .cover import CELLS, Cover, box_cover, count, cover
 from .tolerances import directions

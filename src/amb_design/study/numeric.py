@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 from ..analysis.system import Array
-from ..analysis.threads import one_thread
 from ..errors import ModelError
+from ..threads import one_thread
 
 Compute = Callable[..., tuple[Array, Sequence[Array]]]
 """From input columns to an output column and its Jacobian with respect to each input."""

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import ModelError, SolveError
 from ..spec.controller import LQG, LQR, Chain, Matrices, StateSpace, ideal_law, needs_design
 from ..spec.machine import Machine
+from ..threads import one_thread
 from .lqg import Law, law_of
 from .obstacle import WEIGHTS, obstacle
 from .plant import PlantFamily
@@ -22,6 +23,7 @@ from .truncation import truncated
 
 
 @lru_cache(maxsize=64)
+@one_thread
 def synthesise(machine: Machine) -> Machine:
     """A machine whose controller has gains, whatever it is given by.
 
@@ -73,6 +75,7 @@ def ideal(machine: Machine) -> Machine:
     return replace(machine, name=f"{machine.name}, ideal regulator", controller=ideal_law(machine.controller))
 
 
+@one_thread
 def lqg_law(machine: Machine) -> Law:
     """The law of a machine's LQG controller, with the solutions of its Riccati equations.
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from ..analysis.system import Array
-from ..analysis.threads import one_thread
 from ..errors import ModelError, SolveError, SpecError
 from ..spec.fields import is_symbolic
 from ..spec.machine import Machine
 from ..spec.paths import numbers
 from ..spec.sampling import Sampling
+from ..threads import one_thread
 from .actuator import Actuator
 from .closed_form import ClosedForm
 from .collocation import Collocation
