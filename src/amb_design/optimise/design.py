@@ -212,6 +212,7 @@ class Design:
         if not self.problem.seeks_speed:
             return math.nan
         evaluator = Evaluator(self.problem)
+        evaluator.fractions = evaluator.checked = np.array([0.0, 1.0])  # what lies between has been an end before
         x = evaluator.scaling.point(np.array(list(self.problem.start().values())))
 
         def held(level: float) -> bool:
