@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,7 @@ from ..analysis.system import Array
 from .compiled import many
 from .equations import FLAGS, WORKS
 from .split import Split
-
-if TYPE_CHECKING:
-    from .collocation import Step
+from .step import Step
 
 MANY = 2000
 """Steps that are kept before they are added up."""
