@@ -9,6 +9,8 @@ from types import ModuleType
 
 import pytest
 
+from amb_design.optimise.solve import starter
+
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "random_problems.py"
 
 
@@ -34,6 +36,26 @@ def test_designs_keep_their_promises(seed: int, script: ModuleType) -> None:
 def test_hopeless_problems_are_called_infeasible(seed: int, script: ModuleType) -> None:
     record = script.run(seed)
     assert record["status"] == "infeasible", record
+
+
+def test_a_resonance_that_cannot_be_crossed_ends_the_range(script: ModuleType) -> None:
+    """The current at a resonance is above its limit by 0.1 %, whatever the design: what lies below is the answer."""
+    problem, _ = script.problem_of(68)
+    design = script.solve(problem, 1, 68, effort=script.EFFORT)
+    assert design.status == "verified optimum"
+    assert [row.quantity for row in design.limits if row.active] == ["control_current"]
+    assert script.broken_promises(design, 68) == []
+
+
+def test_starts_agree_on_what_is_least_unstable(script: ModuleType) -> None:
+    """No design of this problem is stable."""
+    problem, _ = script.problem_of(59)
+    search = starter(problem, script.EFFORT)
+    found = [search.run(59, index) for index in range(3)]
+    assert [outcome.status for outcome in found] == ["infeasible"] * 3
+    assert [outcome.conflicts[0]["quantity"] for outcome in found] == ["stability"] * 3
+    least = [outcome.violation for outcome in found]
+    assert least == pytest.approx([0.0898] * 3, abs=1e-4)
 
 
 @pytest.mark.parametrize("seed", [10, 13])

@@ -69,12 +69,13 @@ class FixedPeaks:
 
 
 def values_of(case: Case, p: np.ndarray, end: float) -> dict[str, Samples]:
-    """Samples with the decay rates of the same modes in place of stability, whose denominator is frozen."""
+    """Samples with the decay rates of the same modes in place of stability, whose denominator is frozen for stable modes."""
     state, real_form = case.state(p), not case.loops.complex_form
     found = case.samples(state, end, FRACTIONS, CHECKED)
     rates = modes.decay(modes.modes(state, FRACTIONS, end, real_form=real_form))
     factor = found["stability"].values / rates.values
     assert (factor > 0.0).all()
+    assert (rates.values > 0.0).all()
     np.testing.assert_allclose(found["stability"].slopes, factor[:, None] * rates.slopes, rtol=1e-12)
     np.testing.assert_allclose(found["stability"].rates, factor * rates.rates, rtol=1e-12)
     found["stability"] = rates

@@ -22,7 +22,6 @@ from .evaluation import Rows
 
 Evaluate = Callable[[Array, float], Rows]
 
-LEAST_PENALTY = 0.05
 SOFT = 1e-6
 """Least curvature of a subproblem, which makes its solution unique."""
 
@@ -42,7 +41,9 @@ class Settings:
     level_radius : float
         Largest change of the level in a step, over the radius.
     penalty : float
-        Worth of a violation of one, in levels.
+        Worth of a violation of one, in levels, to begin with.
+    least_penalty : float
+        Its least value.
     tolerance : float
         Violation that counts as none.
     progress : float
@@ -58,6 +59,7 @@ class Settings:
     smallest: float = 1e-5
     level_radius: float = 2.0
     penalty: float = 3.0
+    least_penalty: float = 0.05
     tolerance: float = 1e-7
     progress: float = 1e-5
     highest: float = 1.0
@@ -159,7 +161,7 @@ def search(
             slack = smaller
         trace.multipliers = multipliers
         if slack <= settings.tolerance:  # no more than what the conditions are worth
-            penalty = max(LEAST_PENALTY, 2.0 * program.worth, 0.5 * penalty)
+            penalty = max(settings.least_penalty, 2.0 * program.worth, 0.5 * penalty)
         gain = 0.0 if frozen_level else step[-1] - 0.5 * step @ hessian @ step
         predicted = gain + (1.0 if frozen_level else penalty) * (violation - slack)
         if not predicted > 1e-3 * settings.progress:

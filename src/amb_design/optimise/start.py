@@ -37,6 +37,9 @@ MENDING = (0.999, 0.99)
 SHORTER = (0.995, 0.98, 0.95, 0.9, 0.8)
 """Parts of the range of speeds that are tried where a search ends beyond its limits."""
 
+STRICT = 1e4
+"""Worth of a violation of one, in levels, to a search that does not cross what is violated on the way."""
+
 BLIND = 0.1
 """Violation on a more faithful model beyond which the point is not taken as it is."""
 
@@ -224,6 +227,8 @@ class Starter:
             trace.retreat()
         if trace.rows.worst > ALMOST and self.problem.seeks_speed:
             self._shorten(trace)
+        if trace.rows.worst > ALMOST and self.problem.seeks_speed:
+            trace = self._below(trace)
         feasible = trace.rows.worst <= ALMOST
         status = FOUND if trace.status == "settled" and feasible else UNFINISHED if feasible else INFEASIBLE
         return self._outcome(index, trace, status, clock)
@@ -248,6 +253,16 @@ class Starter:
             if rows.worst <= ALMOST:
                 trace.level, trace.rows, trace.multipliers = factor * trace.level, rows, np.zeros(0)
                 return
+
+    def _below(self, trace: Trace) -> Trace:
+        """Take a resonance that cannot be crossed for the end of the range: from below, in steps that cross nothing."""
+        if self.evaluator.rows(trace.x, LOWEST).worst > ALMOST:
+            return trace
+        careful = Settings(self.effort.fine, 0.1, penalty=STRICT, least_penalty=STRICT, progress=3e-5)
+        found = self._settled(trace.x, LOWEST, careful, None)
+        if found.rows.worst > ALMOST:
+            found.retreat()
+        return found if found.rows.worst <= ALMOST else trace
 
     def _first(self, seed: int, index: int) -> Array:
         if index == 0:

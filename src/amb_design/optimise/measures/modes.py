@@ -99,14 +99,20 @@ def mode_text(value: complex, speed: float) -> str:
 
 
 def stability(found: Modes) -> Samples:
-    """Decay rates over the modes' frequencies, whose own derivatives are left out: what counts is the sign.
+    """Decay rates over the modes' frequencies; while a mode is stable, the derivatives of its frequency are left out.
+
+    What counts then is the sign, and a growth rate is closer to linear than its ratio to a frequency. For unstable modes the
+    derivatives are exact, for a search that cannot make them stable looks for the least instability.
 
     Parameters
     ----------
     found : Modes
     """
-    size = np.maximum(np.abs(found.values.imag), SLOW)
-    return found.samples(-found.values.real / size, -found.slopes.real / size[:, None], -found.rates.real / size)
+    v = found.values
+    size = np.maximum(np.abs(v.imag), SLOW)
+    exact = np.where((np.abs(v.imag) > SLOW) & (v.real > 0.0), np.sign(v.imag), 0.0)
+    weight = (1.0 + 1j * exact * v.real / size) / size  # d(-Re v/size) = -Re(weight dv)
+    return found.samples(-v.real / size, -(weight[:, None] * found.slopes).real, -(weight * found.rates).real)
 
 
 def decay(found: Modes) -> Samples:
