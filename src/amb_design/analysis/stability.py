@@ -19,8 +19,8 @@ NONE = "none below the top speed"
 UNSTABLE = "unstable at rest"
 MARGINAL = "marginal"
 
-RIGID = 1e-3
-"""Eigenvalues of the rotor at rest below this size [rad/s] are rigid-body motions without restraint."""
+RIGID = 1e-2
+"""Eigenvalues of the rotor at rest below this size [rad/s] are rigid-body motions without restraint: the root of what rounding leaves of their squares."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def stability_limit(
 
 
 def _rigid(loop: System, rest: Eigensystem) -> np.ndarray:
-    """Rigid-body motions that nothing restrains: double zeros, which rounding splits into +- 1e-4 1/s or so."""
+    """Rigid-body motions that nothing restrains: double zeros, which rounding splits into +- 1e-4 to 1e-3 1/s or so."""
     near = np.abs(rest.values) < RIGID
     return np.array([bool(n) and mode(loop, rest, i).kind == "rotor" for i, n in enumerate(near)])
 
