@@ -35,12 +35,15 @@ FREE = (*(f"controller.{name}" for name in (*WEIGHTS, *HARDWARE)), *ROTOR)
 STEPS = (0.01, 0.03, 0.001)
 """Of the differences, in terms of the number; the best counts, for places along the shaft want small steps and gains large ones."""
 
+DAMPED = {"rotor.shaft.hysteretic_damping": 0.01}
+"""So much that the imaginary parts of the observer at rest, which come of it alone, stand out of the rounding of the real ones."""
+
 DOUBLE_POLE = {"controller.notches": (ad.Notch(frequency=5200.0, damping=0.35),)}
 """A notch of width 1, whose poles share an eigenvector: then the observer has no basis of eigenvectors."""
 
 CASES = {
     "fixed": rotor(lqg()),
-    "scheduled": small(lqg(scheduled=True, design_speed=1500.0)),
+    "scheduled": ad.replace(small(lqg(scheduled=True, design_speed=1500.0)), DAMPED),
     "real form": uneven(lqg(scheduled=True), small),
     "double poles": ad.replace(small(lqg()), DOUBLE_POLE),
 }
@@ -113,7 +116,6 @@ def test_law(name: str) -> None:
     assert values.shape == law.numbers.shape[:1]
     worst = (0.0, "")
     names = FREE if name in ("fixed", "scheduled") else FREE[::3]
-    allowed = 3.0 * TOLERANCE if name == "scheduled" else TOLERANCE  # its differences are noisier, by the processor
     for free in names:
         k = FREE.index(free)
         error = 1.0
@@ -123,7 +125,7 @@ def test_law(name: str) -> None:
             if error < 0.1 * TOLERANCE:
                 break
         worst = max(worst, (error, free))
-        assert error <= allowed, f"{free}: {error:.1e}"
+        assert error <= TOLERANCE, f"{free}: {error:.1e}"
     print(f"law, {name}, {len(names)} numbers: worst error {worst[0]:.1e} ({worst[1]})")
 
 
