@@ -36,6 +36,9 @@ SHORTER = (2e-3, 1e-2, 5e-2, 0.2)
 WIDTHS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Relative widths of the bracket that are tried one after the other."""
 
+DIGITS = 9
+"""Of the speeds that are claimed: more than the narrowest bracket needs, and fewer than differ by the processor."""
+
 
 @dataclass(frozen=True)
 class Proof:
@@ -221,7 +224,7 @@ def prove_stability_limit(
         if corner == 0.0:
             raise SolveError("stability within the tolerances is not so: a corner of theirs is unstable at rest")
         for short in SHORTER if up_to is None else (0.0,):
-            goal = min(goal, float(f"{corner * (1.0 - short):.12g}"))
+            goal = min(goal, _round(corner * (1.0 - short)))
             done = box_cover(family, goal, tuple(box.values()))
             if done.tree is not None:
                 break
@@ -252,7 +255,7 @@ def _bracket(family: Family, speed: float, crosses: bool, claims: list[dict[str,
     """Claims that the family is stable below a speed, and unstable just above it."""
     for width in WIDTHS:
         lower, upper = (speed * (1.0 - width), speed * (1.0 + width)) if crosses else (speed, None)
-        lower = float(f"{lower:.12g}") if crosses else lower
+        lower = _round(lower) if crosses else lower
         done = cover(family, 0.0, lower, limit=speed if crosses else None, resolution=0.02 * width)
         if done.reached < lower:
             continue
@@ -271,10 +274,14 @@ def _bracket(family: Family, speed: float, crosses: bool, claims: list[dict[str,
 def _first_unstable(family: Family, speed: float, width: float) -> float | None:
     """A speed just above the limit at which instability can be proven."""
     for part in (0.1, 0.3, 1.0):
-        upper = float(f"{speed * (1.0 + part * width):.12g}")
+        upper = _round(speed * (1.0 + part * width))
         if family.holds([(upper,)], (upper,), lambda count: count > 0):
             return upper
     return None
+
+
+def _round(speed: float) -> float:
+    return float(f"{speed:.{DIGITS}g}")
 
 
 def _together(
