@@ -45,7 +45,7 @@ def test_stations_close_together(offset):
     assert limit.speed_rpm == pytest.approx(9382.0, rel=450.0 * offset / 9.382 + 1e-3)
 
 
-@pytest.mark.parametrize("elements", [1, 4, 12, 16, 24])
+@pytest.mark.parametrize("elements", [1, 4, 12, 16, 24, 48])
 def test_a_free_rotor_is_marginal_on_any_mesh(elements):
     limit = ad.stability_limit(machine(elements))
     assert limit.status == "marginal"

@@ -19,8 +19,11 @@ NONE = "none below the top speed"
 UNSTABLE = "unstable at rest"
 MARGINAL = "marginal"
 
-RIGID = 1e-2
-"""Eigenvalues of the rotor at rest below this size [rad/s] are rigid-body motions without restraint: the root of what rounding leaves of their squares."""
+RIGID = 1e-3
+"""Eigenvalues of the rotor at rest below this size [rad/s] are rigid-body motions without restraint."""
+
+SPLIT = 0.1
+"""So are opposite ones below this size: rounding splits a double zero into plus and minus the root of what it leaves of a stiffness."""
 
 
 @dataclass(frozen=True)
@@ -168,9 +171,11 @@ def stability_limit(
 
 
 def _rigid(loop: System, rest: Eigensystem) -> np.ndarray:
-    """Rigid-body motions that nothing restrains: double zeros, which rounding splits into +- 1e-4 to 1e-3 1/s or so."""
-    near = np.abs(rest.values) < RIGID
-    return np.array([bool(n) and mode(loop, rest, i).kind == "rotor" for i, n in enumerate(near)])
+    """Rigid-body motions that nothing restrains: double zeros, or what rounding makes of them."""
+    size = np.abs(rest.values)
+    small = np.where(size < SPLIT, rest.values, np.inf)
+    opposite = np.abs(np.add.outer(small, small)).min(axis=1) < 1e-3 * size
+    return np.array([bool(n) and mode(loop, rest, i).kind == "rotor" for i, n in enumerate((size < RIGID) | opposite)])
 
 
 def _modes(loop: System, e: Eigensystem) -> int:
