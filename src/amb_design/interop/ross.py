@@ -255,81 +255,96 @@ def _bearing(b: Record, positions: Any) -> Bearing:
 
 def _records(machine: Machine, elements: int) -> dict[str, list[Record]]:
     """Elements for ROSS."""
-    shaft = machine.rotor.shaft
-    if machine.magnets or machine.pins:
-        raise _refused_here("magnets" if machine.magnets else "pins", "replace them by bearings with a stiffness")
-    for s in shaft.segments:
-        if s.material is None:
-            raise _refused_here("laminates", "give the segment an equivalent material")
-        if any(x for x in (s.viscous_damping, s.hysteretic_damping)):
-            raise _refused_here("rotating damping", "set it to zero")
-    if shaft.viscous_damping or shaft.hysteretic_damping:
-        raise _refused_here("rotating damping", "set it to zero")
-    if shaft.theory != "timoshenko" or shaft.shear_correction != "cowper":
-        raise _refused_here("another beam theory or shear correction", "use the defaults")
+    _check_machine(machine)
     mesh = plan(machine).finer(elements)
     nodes = {path: mesh.node_of(path) // 2 for station in mesh.stations for path in station.members}
     spans = zip(mesh.stations, mesh.stations[1:], mesh.divisions, strict=False)
     lengths = [(b.position - a.position) / n for a, b, n in spans for _ in range(n)]
-    out: dict[str, list[Record]] = {"shaft": [], "disks": [], "bearings": []}
-    for k, (length, index) in enumerate(zip(lengths, mesh.segment_of_elements(), strict=True)):
-        s = shaft.segments[index]
-        assert s.material is not None
-        inner, outer = float(s.inner_diameter), float(s.outer)
-        shear = s.material.shear_modulus
-        material = {
-            "name": f"material_{index}",
-            "rho": float(s.material.density),
-            "E": float(s.material.E),
-            "G_s": float(shear),
-            "color": "#525252",
-        }
-        element = {
-            "L": float(length),
-            "idl": inner,
-            "odl": outer,
-            "idr": inner,
-            "odr": outer,
-            "n": k,
-            "axial_force": 0,
-            "torque": 0,
-        }
-        flags = dict.fromkeys(FLAGS, True) | {
-            "shear_method_calc": "cowper",
-            "tag": f"Shaft {k}",
-            "alpha": 0.0,
-            "beta": 0.0,
-        }
-        out["shaft"].append({**element, **flags, "material": material})
-    for i, disk in enumerate(machine.rotor.disks):
-        diametral, polar = disk.inertias
-        out["disks"].append(
-            {
-                "n": nodes[f"rotor.disks[{i}].position"],
-                "m": float(disk.total_mass),
-                "Id": float(diametral),
-                "Ip": float(polar),
-                "tag": disk.name or f"Disk {i}",
-                "scale_factor": 1.0,
-                "color": "Firebrick",
-            }
-        )
-    for i, bearing in enumerate(machine.bearings):
-        record: Record = {k: [0.0] for k in (*COEFFICIENTS, "kzz", "czz", "mzz")}
-        for kind, matrix in (("k", bearing.stiffness_matrix), ("c", bearing.damping_matrix)):
-            for pair, value in zip(("xx", "xy", "yx", "yy"), (*matrix[0], *matrix[1]), strict=True):
-                record[kind + pair] = [float(value)]
-        rest = {
-            "n": nodes[f"bearings[{i}].position"],
-            "tag": bearing.name or f"Bearing {i}",
-            "scale_factor": 1,
-            "color": "#355d7a",
-            "interpolation": "pchip",
-        }
-        out["bearings"].append({**record, **rest})
-    if not out["bearings"]:
+    segments = machine.rotor.shaft.segments
+    return {
+        "shaft": [
+            _shaft_record(k, length, i, segments[i])
+            for k, (length, i) in enumerate(zip(lengths, mesh.segment_of_elements(), strict=True))
+        ],
+        "disks": [
+            _disk_record(disk, nodes[f"rotor.disks[{i}].position"], f"Disk {i}")
+            for i, disk in enumerate(machine.rotor.disks)
+        ],
+        "bearings": [
+            _bearing_record(bearing, nodes[f"bearings[{i}].position"], f"Bearing {i}")
+            for i, bearing in enumerate(machine.bearings)
+        ],
+    }
+
+
+def _check_machine(machine: Machine) -> None:
+    shaft = machine.rotor.shaft
+    if machine.magnets or machine.pins:
+        raise _refused_here("magnets" if machine.magnets else "pins", "replace them by bearings with a stiffness")
+    if any(s.material is None for s in shaft.segments):
+        raise _refused_here("laminates", "give the segment an equivalent material")
+    if any(part.viscous_damping or part.hysteretic_damping for part in (shaft, *shaft.segments)):
+        raise _refused_here("rotating damping", "set it to zero")
+    if shaft.theory != "timoshenko" or shaft.shear_correction != "cowper":
+        raise _refused_here("another beam theory or shear correction", "use the defaults")
+    if not machine.bearings:
         raise ModelError(f"{machine.name} has no bearing, without which ROSS makes no rotor")
-    return out
+
+
+def _shaft_record(k: int, length: Any, index: int, segment: Segment) -> Record:
+    material = segment.material
+    assert material is not None
+    inner, outer = float(segment.inner_diameter), float(segment.outer)
+    return {
+        "L": float(length),
+        "idl": inner,
+        "odl": outer,
+        "idr": inner,
+        "odr": outer,
+        "n": k,
+        "axial_force": 0,
+        "torque": 0,
+        **dict.fromkeys(FLAGS, True),
+        "shear_method_calc": "cowper",
+        "tag": f"Shaft {k}",
+        "alpha": 0.0,
+        "beta": 0.0,
+        "material": {
+            "name": f"material_{index}",
+            "rho": float(material.density),
+            "E": float(material.E),
+            "G_s": float(material.shear_modulus),
+            "color": "#525252",
+        },
+    }
+
+
+def _disk_record(disk: Disk, node: int, tag: str) -> Record:
+    diametral, polar = disk.inertias
+    return {
+        "n": node,
+        "m": float(disk.total_mass),
+        "Id": float(diametral),
+        "Ip": float(polar),
+        "tag": disk.name or tag,
+        "scale_factor": 1.0,
+        "color": "Firebrick",
+    }
+
+
+def _bearing_record(bearing: Bearing, node: int, tag: str) -> Record:
+    record: Record = {k: [0.0] for k in (*COEFFICIENTS, "kzz", "czz", "mzz")}
+    for kind, matrix in (("k", bearing.stiffness_matrix), ("c", bearing.damping_matrix)):
+        for pair, value in zip(("xx", "xy", "yx", "yy"), (*matrix[0], *matrix[1]), strict=True):
+            record[kind + pair] = [float(value)]
+    return {
+        **record,
+        "n": node,
+        "tag": bearing.name or tag,
+        "scale_factor": 1,
+        "color": "#355d7a",
+        "interpolation": "pchip",
+    }
 
 
 def _refused(what: str, remedy: str) -> SpecError:
