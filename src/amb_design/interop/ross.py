@@ -283,7 +283,8 @@ def _check_machine(machine: Machine) -> None:
         raise _refused_here("magnets" if machine.magnets else "pins", "replace them by bearings with a stiffness")
     if any(s.material is None for s in shaft.segments):
         raise _refused_here("laminates", "give the segment an equivalent material")
-    if any(part.viscous_damping or part.hysteretic_damping for part in (shaft, *shaft.segments)):
+    lossy: tuple[Shaft | Segment, ...] = (shaft, *shaft.segments)
+    if any(part.viscous_damping or part.hysteretic_damping for part in lossy):
         raise _refused_here("rotating damping", "set it to zero")
     if shaft.theory != "timoshenko" or shaft.shear_correction != "cowper":
         raise _refused_here("another beam theory or shear correction", "use the defaults")

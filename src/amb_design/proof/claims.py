@@ -199,42 +199,15 @@ def prove_stability_limit(
         raise SolveError(f"stability is proven up to {lower:.10g} rad/s only, not up to {up_to:.10g}")
     damped = sensitive = robust = None
     if damping_ratio is not None:
-        rotated = [Family(sector(parts, sign * damping_ratio)) for sign in (1.0, -1.0)]
-        what = f"a damping ratio of {damping_ratio:g}"
-        truth = partial(_least_damped, loop)
-        damped = _together(rotated, goal, up_to, what, truth, claims, kind="damping", ratio=damping_ratio)
+        damped = _damped(loop, parts, damping_ratio, goal, up_to, claims)
     if sensitivity_peak is not None:
         enter, leave = sensitivity_ports(loop)
         matrices |= {"B": enter, "C": leave}
-        reached = []
-        for k in range(enter.shape[1]):
-            b, c = enter[:, k : k + 1], leave[k : k + 1]
-            h = Family(hamiltonian(parts, Ball(b), Ball(c), sensitivity_peak))
-            truth = partial(_most_sensitive, loop, b[:, 0], c[0])
-            what = f"a sensitivity of loop {k} below {sensitivity_peak:g}"
-            more = {"kind": "sensitivity", "below": sensitivity_peak, "loop": k}
-            reached.append(_together([Family(parts), h], goal, up_to, what, truth, claims, half=loop.size, **more))
-        sensitive = min(reached, default=None)
+        sensitive = _sensitive(loop, parts, enter, leave, sensitivity_peak, goal, up_to, claims)
     if within:
         moves = directions(loop, within)
         matrices |= {f"D_{name}": move for name, move in moves.items()}
-        box = {name: float(within[name]) for name in moves}
-        family = Family([*parts, *[Ball(m) for m in moves.values()]])
-        corner = _first_corner(loop, moves, box, goal)
-        if corner == 0.0:
-            raise SolveError("stability within the tolerances is not so: a corner of theirs is unstable at rest")
-        for short in SHORTER if up_to is None else (0.0,):
-            goal = min(goal, _round(corner * (1.0 - short)))
-            done = box_cover(family, goal, tuple(box.values()))
-            if done.tree is not None:
-                break
-        if done.tree is None:
-            raise SolveError(
-                f"stability within the tolerances cannot be proven up to {goal:.6g} rad/s in {CELLS} cells; at the corners of the "
-                f"tolerances it holds up to {corner:.6g} rad/s"
-            )
-        robust = done.reached
-        claims.append({"kind": "stable", "speeds": [0.0, robust], "box": box, "cover": done.tree})
+        robust = _robust(loop, parts, moves, within, goal, up_to, claims)
     certificate = {
         "format": FORMAT,
         "machine": loop.machine.name,
@@ -282,6 +255,64 @@ def _first_unstable(family: Family, speed: float, width: float) -> float | None:
 
 def _round(speed: float) -> float:
     return float(f"{speed:.{DIGITS}g}")
+
+
+def _damped(
+    loop: System, parts: list[Ball], ratio: float, goal: float, up_to: float | None, claims: list[dict[str, Any]]
+) -> float:
+    """Claims a damping ratio, and says up to which speed."""
+    rotated = [Family(sector(parts, sign * ratio)) for sign in (1.0, -1.0)]
+    what, truth = f"a damping ratio of {ratio:g}", partial(_least_damped, loop)
+    return _together(rotated, goal, up_to, what, truth, claims, kind="damping", ratio=ratio)
+
+
+def _sensitive(
+    loop: System,
+    parts: list[Ball],
+    enter: Array,
+    leave: Array,
+    peak: float,
+    goal: float,
+    up_to: float | None,
+    claims: list[dict[str, Any]],
+) -> float:
+    """Claims a bound on the sensitivity of each loop, and says up to which speed."""
+    reached = []
+    for k in range(enter.shape[1]):
+        b, c = enter[:, k : k + 1], leave[k : k + 1]
+        h = Family(hamiltonian(parts, Ball(b), Ball(c), peak))
+        truth = partial(_most_sensitive, loop, b[:, 0], c[0])
+        what = f"a sensitivity of loop {k} below {peak:g}"
+        more = {"kind": "sensitivity", "below": peak, "loop": k}
+        reached.append(_together([Family(parts), h], goal, up_to, what, truth, claims, half=loop.size, **more))
+    return min(reached)
+
+
+def _robust(
+    loop: System,
+    parts: list[Ball],
+    moves: Mapping[str, Array],
+    within: Mapping[str, float],
+    goal: float,
+    up_to: float | None,
+    claims: list[dict[str, Any]],
+) -> float:
+    """Claims stability within tolerances, and says up to which speed."""
+    box = {name: float(within[name]) for name in moves}
+    family = Family([*parts, *[Ball(m) for m in moves.values()]])
+    corner = _first_corner(loop, moves, box, goal)
+    if corner == 0.0:
+        raise SolveError("stability within the tolerances is not so: a corner of theirs is unstable at rest")
+    for short in SHORTER if up_to is None else (0.0,):
+        goal = min(goal, _round(corner * (1.0 - short)))
+        done = box_cover(family, goal, tuple(box.values()))
+        if done.tree is not None:
+            claims.append({"kind": "stable", "speeds": [0.0, done.reached], "box": box, "cover": done.tree})
+            return done.reached
+    raise SolveError(
+        f"stability within the tolerances cannot be proven up to {goal:.6g} rad/s in {CELLS} cells; at the corners of the "
+        f"tolerances it holds up to {corner:.6g} rad/s"
+    )
 
 
 def _together(
