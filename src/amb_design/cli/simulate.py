@@ -43,7 +43,6 @@ def simulate(
     """Simulate a machine in time, with the force law, saturation and clearances of its magnets."""
     from ..console import simulate as console
     from ..console.terminal import working
-    from ..spec.sampling import Sampling
     from ..transient.report import document
     from ..transient.result import load_transient
     from ..transient.simulate import simulate as run
@@ -51,9 +50,7 @@ def simulate(
     check_folder(out)
     if resume and out is None:
         raise SpecError("needs the folder of the run", field="--resume", remedy="add --out FOLDER")
-    for option, given in (("--delay", delay), ("--method", method)):
-        if sampling is None and given is not None:
-            raise SpecError("needs a sampling period", field=option, got=given, remedy="add --sampling '50 us'")
+    sampled = _sampled(sampling, delay, method)
     machine = machine_of(target, variant, optimum)
     state = load_transient(start).final if start.endswith(".npz") else start
     seconds = quantity(duration, "s", "--duration")
@@ -70,13 +67,7 @@ def simulate(
             contact=contact or state == "resting",
             linear=linear,
             gravity=gravity,
-            sampling=None
-            if sampling is None
-            else Sampling(
-                period=quantity(sampling, "s", "--sampling"),
-                delay=quantity(delay or "0", "s", "--delay"),
-                method=method or "tustin",
-            ),
+            sampling=sampled,
             path=chunks,
             resume=resume,
             progress=report,
@@ -92,6 +83,22 @@ def simulate(
     if chunks is not None:
         shutil.rmtree(chunks)  # all of it is in simulation.npz now
     print_result(as_json, summary, lambda: console.simulation(summary, out))
+
+
+def _sampled(period: str | None, delay: str | None, method: str | None) -> Any:
+    """Sampling as `simulate` wants it."""
+    from ..spec.sampling import Sampling
+
+    if period is not None:
+        return Sampling(
+            period=quantity(period, "s", "--sampling"),
+            delay=quantity(delay or "0", "s", "--delay"),
+            method=method or "tustin",
+        )
+    for option, given in (("--delay", delay), ("--method", method)):
+        if given is not None:
+            raise SpecError("needs a sampling period", field=option, got=given, remedy="add --sampling '50 us'")
+    return None
 
 
 def _spin(speed: str | None, run_up: tuple[str, str] | None, start: float, duration: float) -> Any:
