@@ -65,8 +65,8 @@ class Effort:
     """
 
     feasible: int = 60
-    coarse: int = 60
-    fine: int = 45
+    coarse: int = 120
+    fine: int = 180
 
 
 @dataclass(frozen=True)
