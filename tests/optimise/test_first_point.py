@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 import amb_design as ad
@@ -38,6 +39,17 @@ def test_first_start_ends_no_worse_than_the_machine_as_it_is(monkeypatch):
     kept = again.run(0, 0)
     assert kept.objective >= 0.9999 * found.objective
     assert again.run(0, 1) is lost  # other starts are what they are
+
+
+def test_every_other_start_begins_nearer_to_the_machine():
+    problem = small_problem()
+    search = starter(problem, Effort())
+    machine = search.evaluator.scaling.point(np.array(list(problem.start().values())))
+    begun = np.array([search._first(3, k) for k in range(41)])
+    assert (begun[0] == machine).all()
+    assert (begun[1::2] >= machine / 2.0).all()
+    assert (begun[1::2] <= (1.0 + machine) / 2.0).all()
+    assert (np.abs(begun[2::2] - machine) > 0.5).any()
 
 
 def test_what_is_infeasible_has_the_objective_of_its_point():

@@ -46,7 +46,7 @@ def solve(
     ----------
     problem : DesignProblem
     starts : int
-        The first begins at the machine as it is, the others at random points.
+        The first begins at the machine as it is, the others at random points or half way to them.
     seed : int
         Of the random points. Equal seeds give equal results, whatever the number of workers.
     workers : int

@@ -132,8 +132,8 @@ class Starter:
         ----------
         seed : int
         index : int
-            Start 0 begins at the machine as it is and ends no worse than that is; others begin at the best of a few
-            random points.
+            Start 0 begins at the machine as it is and ends no worse than that is; even ones begin at the best of a few random points,
+            odd ones at the best of a few half way between such points and the machine.
         """
         clock = time.process_time()
         self.evaluator.afresh()
@@ -265,9 +265,12 @@ class Starter:
         return found if found.rows.worst <= ALMOST else trace
 
     def _first(self, seed: int, index: int) -> Array:
+        machine = self.evaluator.scaling.point(np.array(list(self.problem.start().values())))
         if index == 0:
-            return self.evaluator.scaling.point(np.array(list(self.problem.start().values())))
+            return machine
         points = np.random.default_rng([seed, index]).random((LOOKED_AT, self.evaluator.variables))
+        if index % 2:  # half way to the machine, whose designer knew something
+            points = (points + machine) / 2.0
         return np.asarray(min(points, key=self._glimpse))
 
     def _glimpse(self, x: Array) -> float:
