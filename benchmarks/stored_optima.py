@@ -11,16 +11,15 @@ Finished starts are kept in benchmarks/starts as they arrive, and not run again;
 """
 
 import argparse
-import math
 import tomllib
 from pathlib import Path
 
 import tomli_w
 
 import amb_design as ad
+from amb_design.optimise.start import INFEASIBLE
 
 STARTS = Path(__file__).parent / "starts"
-RPM = 30.0 / math.pi
 
 BETTER = 1.005
 """Below that the figures of the README stay as they are."""
@@ -33,7 +32,7 @@ ABOUT = """\
 
 def best(name, variant, args):
     problem = ad.load_problem(name, None if variant == "base" else variant)
-    folder = STARTS / f"{name}-{variant}"
+    folder = STARTS / f"{name}-{variant}-{args.seed}"
     return ad.solve(problem, args.starts, args.seed, workers=args.workers, folder=folder, resume=not args.anew)
 
 
@@ -60,13 +59,13 @@ def main():
             if args.variant not in (None, variant):
                 continue
             design, stored = best(name, variant, args), optimum["objective"]
-            ends = [o.objective for o in design.outcomes]
+            ends = [o.objective for o in design.outcomes if o.status != INFEASIBLE]
             near = sum(end >= 0.999 * max(ends) for end in ends)
             better = design.verified and design.end > BETTER * stored
             if better:
                 store(file, variant, design)
-            found = f"{design.end * RPM:.0f}" if design.verified else ""
-            speeds = f"{stored * RPM:.0f} | {found} | {near} of {len(ends)}"
+            found = f"{design.end / ad.rpm(1.0):.0f}" if design.verified else ""
+            speeds = f"{stored / ad.rpm(1.0):.0f} | {found} | {near} of {args.starts}"
             print(f"| {name} | {variant} | {speeds} | {design.status}{', stored' if better else ''} |", flush=True)
 
 
