@@ -27,6 +27,9 @@ Report = Callable[[Outcome], None]
 SAME = 1e-3
 """Starts that claim objectives so close to each other count as one optimum."""
 
+KEPT = 5e-3
+"""An optimum that lost less in verification is as good as it claimed; one that lost more may have a better one beside it."""
+
 
 @one_thread
 def solve(
@@ -119,7 +122,7 @@ def _first_verified(
     sign = 1.0 if problem.objective.kind.upper else -1.0
     best: Verified | None = None
     rejected: list[Verified] = []
-    settled: list[float] = []  # what starts claimed that needed no retreat
+    settled: list[float] = []  # claims that held
     for outcome in ranked:
         if outcome.status == INFEASIBLE:
             break
@@ -128,7 +131,7 @@ def _first_verified(
         if best is not None and sign * best.objective <= sign * outcome.objective:
             break  # the next one claims no more than what has been verified
         verified = verify(starter(problem, effort), outcome)
-        if verified.passed and (not problem.seeks_speed or verified.objective == verified.outcome.objective):
+        if verified.passed and abs(verified.objective - outcome.objective) <= KEPT * abs(outcome.objective):
             settled.append(outcome.objective)
         if not verified.passed:
             rejected.append(verified)
