@@ -11,7 +11,7 @@ import amb_design as ad
 from amb_design.optimise.search import Trace
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import ALMOST, FOUND, Effort, Outcome, Starter
-from amb_design.optimise.verification import verify
+from amb_design.optimise.verification import Excess, _tighten, verify
 from optimise.interrupted import small_problem
 
 EFFORT = Effort(20, 20, 20)
@@ -89,3 +89,16 @@ def test_a_shorter_range_is_better_than_a_refinement_that_loses_more(
     assert verified.passed
     assert verified.outcome is claim
     assert 0.97 * claim.objective <= verified.objective < claim.objective
+
+
+def test_limits_are_tightened_only_where_they_were_looked_at() -> None:
+    """A speed that nobody had looked at says nothing of how far a limit has to be tightened elsewhere."""
+    search = starter(problem(), EFFORT)
+    ev, end = search.evaluator, 1000.0
+    before = ev.margins["sensitivity_peak"]
+    missed = Excess("sensitivity_peak", "", 0.15, 0.3217 * end)
+    _tighten(search, missed, end, again=True, finer=False)
+    assert ev.margins["sensitivity_peak"] == before
+    assert np.abs(ev.checked - 0.3217).min() < 1e-12
+    _tighten(search, missed, end, again=True, finer=False)
+    assert ev.margins["sensitivity_peak"] > before + 0.15

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..analysis.system import Array
 from ..errors import SolveError
 from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
@@ -20,6 +21,9 @@ TOLERANCE = 1e-6
 
 MARGIN = 1e-4
 """By how much the search tightens every limit from the beginning, for what a finer mesh may add."""
+
+BESIDE = 1e-3
+"""Parts of the range so close to each other are the same place."""
 
 ROUNDS = 4
 """How often a design that fails is refined."""
@@ -183,6 +187,10 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
     return audits, []
 
 
+def _looked_at(fraction: float, fractions: Array) -> bool:
+    return bool(np.abs(fractions - fraction).min() <= BESIDE)
+
+
 def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) -> None:
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
@@ -193,8 +201,10 @@ def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) 
         return
     fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
+        again = again and _looked_at(fraction, ev.fractions)
         ev.fractions = np.unique(np.append(ev.fractions, fraction))
     if fraction is not None and e.quantity in ("sensitivity_peak", *NOISY):
+        again = again and _looked_at(fraction, ev.checked)
         ev.checked = np.unique(np.append(ev.checked, fraction))
     if e.quantity == "stability":  # how much damping is missing, nobody can say
         ev.margins["stability"] = 4.0 * ev.margins.get("stability", MARGIN)
