@@ -21,6 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.text import Annotation
 
 import amb_design as ad
 from amb_design import plots
@@ -151,6 +152,19 @@ def test_campbell_marks_critical_speeds_on_the_synchronous_line(thesis: Case) ->
         assert {m.get_markerfacecolor() == "white" for m in marks} == {whirl == "backward"}
     assert {f"{c.speed_rpm:.0f}" for c in thesis.campbell.critical} <= set(texts(ax))
     assert_apart(ax)
+
+
+def test_crowded_critical_speeds_are_labelled_nearby_or_not_at_all(thesis: Case) -> None:
+    first = thesis.campbell.critical[0]
+    crowd = [dataclasses.replace(first, speed=first.speed * (1.0 + 0.01 * k), whirl="forward") for k in range(12)]
+    ax = plots.campbell(dataclasses.replace(thesis.campbell, critical=tuple(crowd)))
+    labels = [
+        a for a in ax.texts if isinstance(a, Annotation) and a.get_text() in {f"{c.speed_rpm:.0f}" for c in crowd}
+    ]
+    assert 3 <= len(labels) < len(crowd)
+    assert max(abs(a.xyann[1]) for a in labels) <= 25.0
+    assert min(a.xyann[0] for a in labels) >= 6.0
+    assert len(found(ax, "critical forward")) == len(crowd)
 
 
 def test_campbell_marks_the_stability_limit(thesis: Case) -> None:

@@ -165,6 +165,9 @@ def _critical(ax: Axes, critical: Sequence[CriticalSpeed]) -> None:
     ahead = [c.speed_rpm for c in critical if c.whirl != "backward"]
     right = max([ax.get_xlim()[1], *(x / (1.0 - length / width) for x in ahead)])  # room for the last label
     ax.set_xlim(right=right)
+    along = (
+        60.0 * (width / right) / (height / high)
+    )  # points that the synchronous line goes to the right for each one up
     sides: dict[int, list[tuple[float, float, str]]] = {1: [], -1: []}
     for c in critical:
         x, y = c.speed_rpm, c.speed / HZ
@@ -183,15 +186,25 @@ def _critical(ax: Axes, critical: Sequence[CriticalSpeed]) -> None:
         )
         side = -1 if backward and x / right * width > length else 1
         sides[side].append((x, y, f"{x:.0f}"))
-    for side, marks in sides.items():
-        wanted = [y / high * height - side * 7.0 for _, y, _ in marks]
+    for side, crowd in sides.items():
+        marks: list[tuple[float, float, str]] = []
+        wanted: list[float] = []
+        last = -math.inf
+        for mark in crowd:  # where they crowd, some stay without label: far away it would point at nothing
+            want = mark[1] / high * height - side * 7.0
+            if last + 9.0 <= want + 18.0:
+                last = max(want, last + 9.0)
+                marks.append(mark)
+                wanted.append(want)
         for (x, y, text), place, want in zip(marks, spread(wanted, 9.0, 5.0, height - 5.0), wanted, strict=True):
-            shift = place - want  # follow the synchronous line when pushed along it
+            shift = place - want
+            clear = 6.0 + max(side * shift, 0.0) * along  # a label that is pushed along the line stays beside it
+            room = (width - x / right * width if side > 0 else x / right * width) - length
             halo(
                 ax.annotate(
                     text,
                     (x, y),
-                    xytext=(side * (6.0 + abs(shift) * 0.5), place - y / high * height),
+                    xytext=(side * max(min(clear, room), 6.0), place - y / high * height),
                     textcoords="offset points",
                     ha="left" if side > 0 else "right",
                     va="center",
