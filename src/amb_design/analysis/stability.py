@@ -157,14 +157,14 @@ def stability_limit(
     except SolveError:
         certified = certified and bool(crossings)  # of the speeds below the first onset; later ones are swept
         crossings += [c for c in _sweep(walk, reached, top, first_only) if _decided(walk, c)]
-    onsets = tuple(Onset(c.lower, c.onset, _modes(loop, c.above), _crossing_mode(walk, loop, c)) for c in crossings)
+    onsets = tuple(_onset(walk, loop, c) for c in crossings)
     limiting: Mode | None = None
     status, speed, bracket = NONE, top, (top, math.inf)
     if at_rest:
         status, speed, bracket, limiting = UNSTABLE, 0.0, (0.0, 0.0), at_rest[0]
     elif crossings:
-        first = crossings[0]
-        status, speed, bracket, limiting = FOUND, first.lower, (first.lower, first.upper), onsets[0].mode
+        status, speed, limiting = FOUND, onsets[0].speed, onsets[0].mode
+        bracket = speed, crossings[0].upper
     return StabilityLimit(
         float(speed), status, certified, bracket, limiting, onsets, at_rest, top, walk.eigendecompositions, loop.machine
     )
@@ -196,7 +196,7 @@ def _decided(walk: Walk, crossing: Crossing) -> bool:
     return False
 
 
-def _crossing_mode(walk: Walk, loop: System, crossing: Crossing) -> Mode:
+def _onset(walk: Walk, loop: System, crossing: Crossing) -> Onset:
     """The mode that crosses, at the crossing itself: the range that led there may have come from a speed far off."""
     e, k = crossing.below, crossing.critical
     if abs(crossing.lower - e.speed) > RESOLUTION * crossing.lower:
@@ -206,7 +206,13 @@ def _crossing_mode(walk: Walk, loop: System, crossing: Crossing) -> Mode:
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = np.where(rates > 0.0, np.abs(e.values.real) / rates, np.inf)
         k = int(np.argmin(distance))
-    return mode(loop, e, k)
+    speed = crossing.lower
+    with np.errstate(divide="ignore", invalid="ignore"):
+        axis = e.speed - e.values[k].real / e.rates[k].real
+        doubt = RESOLUTION * speed + e.uncertainty[k] / abs(e.rates[k].real)
+    if 0.0 < speed - axis <= doubt:  # by rounding the range ends beyond what the eigenvalue itself says
+        speed = float(axis)
+    return Onset(speed, crossing.onset, _modes(loop, crossing.above), mode(loop, e, k))
 
 
 def _sweep(walk: Walk, start: float, top: float, first_only: bool, speeds: int = 200) -> list[Crossing]:

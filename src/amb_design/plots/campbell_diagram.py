@@ -165,9 +165,7 @@ def _critical(ax: Axes, critical: Sequence[CriticalSpeed]) -> None:
     ahead = [c.speed_rpm for c in critical if c.whirl != "backward"]
     right = max([ax.get_xlim()[1], *(x / (1.0 - length / width) for x in ahead)])  # room for the last label
     ax.set_xlim(right=right)
-    along = (
-        60.0 * (width / right) / (height / high)
-    )  # points that the synchronous line goes to the right for each one up
+    along = 60.0 * (width / right) / (height / high)  # of the synchronous line, points to the right for each one up
     sides: dict[int, list[tuple[float, float, str]]] = {1: [], -1: []}
     for c in critical:
         x, y = c.speed_rpm, c.speed / HZ
