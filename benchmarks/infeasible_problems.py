@@ -58,7 +58,7 @@ def least_violation(problem, seed):
 
     def violation(x):
         try:
-            return max(ev.rows(np.clip(x, 0.0, 1.0), level, modes).worst, 0.0)
+            return max(ev.excesses(ev.rows(np.clip(x, 0.0, 1.0), level, modes)).max(), 0.0)
         except SolveError:  # no law can be designed there
             return 1e6
 

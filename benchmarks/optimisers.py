@@ -113,7 +113,8 @@ class Values:
         for case in ev.cases:
             state = case.state(p, self.modes)
             spectra = state.spectra(checked)
-            for quantity, excess in case.shortfalls(np.vstack([spectra.values, state.eigenvalues(between)])).items():
+            values = np.vstack([spectra.values, state.eigenvalues(between)])
+            for quantity, excess in case.shortfalls(values, ev.bounds(level)).items():
                 add(quantity, float(excess.max()) + ev.margins.get(quantity, 0.0))
             for quantity, samples in case.statics.samples(p, end).items():
                 add(quantity, float(ev._rows("", quantity, samples, 1.0, level).values.max()))
@@ -124,7 +125,7 @@ class Values:
                     add_values(quantity, values)
             if max(found.values()) <= near:
                 complete = case.state(p)
-                excess = case.shortfalls(complete.spectra(GUARDED * end).values)["stability"]
+                excess = case.shortfalls(complete.spectra(GUARDED * end).values, {})["stability"]
                 add("stability", float(excess.max()) + ev.margins.get("stability", 0.0))
                 if "sensitivity_peak" in case.measures:
                     add_values("sensitivity_peak", sensitivities(case, complete, GUARDED * end))

@@ -115,7 +115,7 @@ def test_infeasible_problem_names_what_conflicts(run, folder, tmp_path):
     assert not (out / "design.toml").exists()
     told = " ".join(read((out / "report.html").read_text(encoding="utf-8")).text)
     assert "No design keeps all limits." in told
-    assert "damping ratio: beyond its limit by" in told
+    assert "damping ratio: missed by" in told
 
 
 @pytest.mark.parametrize(

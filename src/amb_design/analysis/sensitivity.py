@@ -24,6 +24,13 @@ CHECKED_TO = 2.0 * math.pi * 2000.0
 """Peaks are sought up to this frequency [rad/s], or three times the speed if that is higher."""
 
 
+LOWEST = 2.0 * math.pi * 1e-4
+"""Peaks are sought from this frequency [rad/s] on, or from well below the slowest pole if that is higher."""
+
+PER_DECADE = 15
+"""Frequencies of a net below the slowest oscillation."""
+
+
 def zone(peak: float, zones: tuple[tuple[str, float], ...] = ZONES) -> str:
     """Zone of ISO 14839-3 of a peak sensitivity.
 
@@ -142,11 +149,13 @@ def sensitivity(
     loop = machine if isinstance(machine, System) else system(machine)
     view = Axes(loop, speed)
     e = Walk(loop.A0, loop.A1).at(speed)
-    grid = _grid(e.values, speed, highest) if frequencies is None else ascending(frequencies)
+    top = max(CHECKED_TO, 3.0 * speed) if highest is None else highest
+    grid = telling_frequencies(e.values, top) if frequencies is None else ascending(frequencies)
     table = np.array([view.at(float(w)) for w in grid])
-    peaks = []
-    for j, name in enumerate(view.names):
-        peaks.append(_refine(view, grid, np.abs(table[:, j]), j, name))
+    peaks = [_refine(view, grid, np.abs(table[:, j]), j, name) for j, name in enumerate(view.names)]
+    if frequencies is None:  # where nothing happens is not told
+        lowest = min(_lowest_told(e.values, top), *(0.3 * p.frequency for p in peaks))
+        grid, table = grid[grid >= lowest], table[grid >= lowest]
     return Sensitivity(
         speed=speed,
         frequencies=grid,
@@ -201,16 +210,32 @@ class Axes:
         return np.asarray((ahead + back.conj()) / 2.0)
 
 
-def _grid(values: Array, speed: float, highest: float | None) -> Array:
-    top = max(CHECKED_TO, 3.0 * speed) if highest is None else highest
-    resonances = np.abs(values[np.abs(values.imag) > 1.0])
-    inside = np.abs(values.imag[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
-    width = np.abs(values.real[(np.abs(values.imag) > 1.0) & (np.abs(values.imag) < top)])
-    lowest = 0.03 * float(resonances.min(initial=top))
-    around = np.concatenate([inside, inside - width, inside + width])
-    bottom = max(lowest, 1e-4 * top)
-    grid = np.concatenate([np.geomspace(bottom, top, 300), around[(around > bottom) & (around < top)]])
-    return distinct(grid)
+def telling_frequencies(values: Array, top: float, points: int = 300) -> Array:
+    """Frequencies between which no peak hides: a net, with more around every mode.
+
+    Parameters
+    ----------
+    values : ndarray of complex
+        Eigenvalues of the closed loop.
+    top : float
+        The highest [rad/s].
+    points : int
+        Of the net above the slowest oscillation, evenly on a logarithmic scale.
+    """
+    usual = _lowest_told(values, top)
+    bottom = min(max(1e-3 * float(np.abs(values).min()), LOWEST), usual)
+    near, width = np.abs(values.imag), np.abs(values.real)
+    around = np.concatenate([near, near - width, near + width])
+    slow = np.geomspace(bottom, usual, 1 + math.ceil(PER_DECADE * math.log10(usual / bottom)))
+    return distinct(
+        np.concatenate([slow, np.geomspace(usual, top, points), around[(around > bottom) & (around < top)]])
+    )
+
+
+def _lowest_told(values: Array, top: float) -> float:
+    """Lowest frequency of a table: well below the slowest oscillation."""
+    slowest = float(np.abs(values[np.abs(values.imag) > 1.0]).min(initial=top))
+    return max(0.03 * slowest, 1e-4 * top)
 
 
 def _refine(view: Axes, grid: Array, size: Array, j: int, name: str) -> Peak:

@@ -72,7 +72,7 @@ def design(d: Document, out: Path | None) -> None:
     console.print(f"[bold]{escape(d['name'])}[/]: {escape(d['question'])}" if d["question"] else d["name"])
     console.print(f"[bold]{escape(words.headline(d))}[/]\n")
     if not d["verified"]:
-        warned(console, "Closest to feasible, these conditions hold each other back:", words.conflicts(d))
+        warned(console, "The nearest point misses these limits, which hold each other back:", words.conflicts(d))
         return
     for t in words.tables(d):
         show(console, t)

@@ -21,6 +21,7 @@ from ..analysis.sensitivity import CHECKED_TO, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit, stability_limit
 from ..analysis.system import Array, System, system
 from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_response
+from ..analysis.worst_speed import most_sensitive_speeds, worst_speeds
 from ..model import magnet as magnetics
 from ..model import strength
 from ..model.mesh import plan
@@ -34,11 +35,8 @@ from .measures.critical import AMPLIFIED
 from .measures.noise import QUANTITIES as NOISY
 from .measures.whirl import QUANTITIES as DRIVEN
 
-SPEEDS = 31
-"""Speeds at which damping ratios are looked at before the worst is refined."""
-
-LOOPS = np.array([0.0, 0.137, 0.311, 0.5, 0.643, 0.821, 0.93, 1.0])
-"""Fractions of the range at which sensitivities and noise currents are looked at."""
+LOOPS = np.array([0.0, 0.311, 0.643, 0.93, 1.0])
+"""Fractions of the range at which sensitivities and noise currents are looked at, beside those where they are worst."""
 
 WHIRL = 240
 """Speeds of the unbalance response, beside the critical ones."""
@@ -86,6 +84,10 @@ class Audit:
         found = [f for f in self.findings if f.quantity == quantity]
         return (max if upper else min)(found, key=lambda f: f.value, default=None)
 
+    def at(self, quantity: str, scenario: str) -> Finding:
+        """The finding of a quantity in a scenario."""
+        return next(f for f in self.findings if (f.quantity, f.scenario) == (quantity, scenario))
+
 
 @one_thread
 def audit(
@@ -95,6 +97,7 @@ def audit(
     finer: int = 1,
     stability_only: bool = False,
     known: Mapping[str, StabilityLimit] | None = None,
+    coarser: Audit | None = None,
 ) -> Audit:
     """Compute all quantities of a problem at a design.
 
@@ -111,6 +114,9 @@ def audit(
         Leave the other quantities out.
     known : mapping of str to StabilityLimit, optional
         Stability limits by scenario, where an earlier audit of the same design on the same mesh found them.
+    coarser : Audit, optional
+        Of the same design on its own mesh: sensitivities and noise currents are looked at where they were worst there, and no
+        longer sought over the range.
     """
     base = synthesise(problem.with_values(values))  # a law of the nominal machine, whatever the scenario
     measures = list(problem.constraints)
@@ -128,7 +134,8 @@ def audit(
         driven = [m.quantity for m in asked if m.quantity in DRIVEN]
         found = _driven(problem, case, loop, driven, end) if driven else {}
         for m in asked:
-            v, speed = found[m.quantity] if m.quantity in found else _value(loop, m, end)
+            near = None if coarser is None else coarser.at(m.quantity, name).speed
+            v, speed = found[m.quantity] if m.quantity in found else _value(loop, m, end, near)
             findings.append(Finding(m.quantity, name, float(v), speed))
     return Audit(end, tuple(findings), limits)
 
@@ -146,15 +153,16 @@ def stable_up_to(limit: StabilityLimit) -> float:
     return limit.speed if limit.status in (FOUND, NONE) else 0.0
 
 
-def _value(loop: System, measure: Measure, end: float) -> tuple[float, float | None]:
+def _value(loop: System, measure: Measure, end: float, near: float | None) -> tuple[float, float | None]:
+    """A quantity and its speed; `near` is a speed at which it may be worst, if that is known."""
     q, machine = measure.quantity, loop.machine
     if q in ("damping_ratio", "decay_rate"):
         return _damping(loop, measure, end)
     if q == "sensitivity_peak":
-        speeds = [(float(s), max(CHECKED_TO, 3.0 * float(s), measure.option("up_to"))) for s in LOOPS * end]
-        return max((sensitivity(loop, s, highest=top).worst.value, s) for s, top in speeds)
+        return _sensitivity(loop, measure, end, near)
     if q in NOISY:
-        return max((_noise(loop, measure, float(s)), float(s)) for s in LOOPS * end)
+        places = worst_speeds(lambda s: np.array([_noise(loop, measure, s)]), end) if near is None else [near]
+        return max((_noise(loop, measure, float(s)), float(s)) for s in np.union1d(LOOPS * end, places))
     if q == "separation_margin":
         service = float(machine.operation.service_speed)
         found = [
@@ -177,6 +185,16 @@ def _value(loop: System, measure: Measure, end: float) -> tuple[float, float | N
     return max(float(v) for v in strength.surface_speed(machine, end, measure.option("disks"))), end
 
 
+def _sensitivity(loop: System, measure: Measure, end: float, near: float | None) -> tuple[float, float]:
+    def highest(speed: float) -> float:
+        return max(CHECKED_TO, 3.0 * speed, float(measure.option("up_to")))
+
+    places = most_sensitive_speeds(loop, end, highest) if near is None else [near]
+    speeds = map(float, np.union1d(LOOPS * end, places))
+    peaks = [(sensitivity(loop, s, highest=highest(s)).worst, s) for s in speeds]
+    return max((peak.value, s) for peak, s in peaks)
+
+
 def _damping(loop: System, measure: Measure, end: float) -> tuple[float, float]:
     """Least damping ratio in the window, or decay rate, refined around the worst of a grid of speeds."""
     lower, upper = measure.option("window") if measure.quantity == "damping_ratio" else (1.0, math.inf)
@@ -189,18 +207,7 @@ def _damping(loop: System, measure: Measure, end: float) -> tuple[float, float]:
             return float(np.min(-inside.real, initial=math.inf))
         return float(np.min(-inside.real / np.abs(inside), initial=math.inf))
 
-    grid = np.linspace(0.0, end, SPEEDS)
-    table = np.array([least(float(s)) for s in grid])
-    k = int(np.argmin(table))
-    best = table[k], float(grid[k])
-    if 0 < k < SPEEDS - 1:
-        from scipy.optimize import minimize_scalar  # imported late: slow to load
-
-        found = minimize_scalar(
-            lambda s: least(float(s)), bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"maxiter": 12}
-        )
-        best = min(best, (float(found.fun), float(found.x)))
-    return float(best[0]), best[1]
+    return min((least(float(s)), float(s)) for s in worst_speeds(lambda s: -np.array([least(s)]), end))
 
 
 def _noise(loop: System, measure: Measure, speed: float) -> float:

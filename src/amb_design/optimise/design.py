@@ -12,7 +12,7 @@ import numpy as np
 
 from ..analysis.gradient import stability_gradient
 from ..analysis.stability import FOUND as LIMIT_FOUND
-from ..analysis.stability import StabilityLimit
+from ..analysis.stability import NONE, StabilityLimit
 from ..errors import SolveError
 from ..proof.claims import Proof, prove_stability_limit
 from ..spec.machine import Machine
@@ -21,7 +21,7 @@ from ..spec.problem import DesignProblem
 from ..spec.problem_parts import Limit
 from ..threads import one_thread
 from .audit import Audit, audit, stable_up_to
-from .evaluation import LOWEST, Evaluator
+from .evaluation import LIGHT, LOWEST, Evaluator
 from .start import FOUND, INFEASIBLE, Outcome
 from .verification import Verified
 
@@ -32,6 +32,20 @@ CONFLICT = "infeasible"
 
 ACTIVE = 2e-3
 """A limit is active if its quantity comes this close to it."""
+
+
+def missed(quantity: str, excess: float) -> str:
+    """By how much a condition was missed, in words.
+
+    Parameters
+    ----------
+    quantity : str
+    excess : float
+        As in `Outcome.conflicts`.
+    """
+    if quantity == "stability":
+        return f"a damping ratio of {LIGHT * excess:.2g}"
+    return f"{100.0 * excess:.3g} %"
 
 
 @dataclass(frozen=True)
@@ -151,7 +165,6 @@ class Design:
         worst = (max if upper else min)(found, key=lambda f: f.value)
         near = worst.value / c.bound - 1.0 if upper else 1.0 - worst.value / c.bound
         weight = sum(a["multiplier"] for a in self.best.outcome.active if a["quantity"] == c.quantity)
-        level = self.objective / self.problem.top_speed if self.problem.seeks_speed else 1.0
         active = near > -ACTIVE and (weight > 0.0 or near > -0.5 * ACTIVE)
         return LimitRow(
             c.quantity,
@@ -162,7 +175,7 @@ class Design:
             worst.speed,
             worst.scenario,
             active,
-            weight / level if active else 0.0,
+            weight if active else 0.0,
         )
 
     @cached_property
@@ -186,10 +199,12 @@ class Design:
     @cached_property
     def before(self) -> Audit:
         """The machine as it was, up to the design's own speed or as far as it is stable."""
-        start = self.problem.start()
-        reach = stable_up_to(audit(self.problem, start, self.problem.top_speed * 1e-6).stability[""])
-        end = self.end if self.best is not None else self.problem.top_speed
-        return audit(self.problem, start, max(min(end, 0.99 * reach), 1e-6 * self.problem.top_speed))
+        problem = self.problem.as_drawn()
+        start = problem.start()
+        limit = audit(problem, start, problem.top_speed * 1e-6, stability_only=True).stability[""]
+        reach = stable_up_to(limit) * (1.0 if limit.status == NONE else 0.99)
+        end = self.end if self.best is not None else problem.top_speed
+        return audit(problem, start, max(min(end, reach), 1e-6 * problem.top_speed))
 
     def explanation(self) -> str:
         """In one sentence why there is no verified design; empty if there is one."""
@@ -200,7 +215,8 @@ class Design:
             name = worst.quantity.replace("_", " ")
             return f"on the full model, {name} is beyond its limit by {100.0 * worst.excess:.3g} %"
         told = [
-            f"{c['quantity'].replace('_', ' ')} by {100.0 * c['value']:.3g} % ({c['place']})" for c in self.conflicts
+            f"{c['quantity'].replace('_', ' ')} by {missed(c['quantity'], c['value'])} ({c['place']})"
+            for c in self.conflicts
         ]
         what = " against ".join(told) or f"all of them, by {100.0 * self.outcomes[0].violation:.3g} % at best"
         return f"limits that cannot be held together: {what}"
@@ -211,9 +227,10 @@ class Design:
         """Speed up to which the machine as it was is stable and within all limits [rad/s], as the search sees it."""
         if not self.problem.seeks_speed:
             return math.nan
-        evaluator = Evaluator(self.problem)
+        problem = self.problem.as_drawn()
+        evaluator = Evaluator(problem)
         evaluator.fractions = evaluator.checked = np.array([0.0, 1.0])  # what lies between has been an end before
-        x = evaluator.scaling.point(np.array(list(self.problem.start().values())))
+        x = evaluator.scaling.point(np.array(list(problem.start().values())))
 
         def held(level: float) -> bool:
             return evaluator.rows(x, level).worst <= 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,8 +47,9 @@ NEAR = -1.0
 ADDED = 3
 """Fractions that are added at once, for each scenario and quantity."""
 
-SLIGHT = 1e-3
-"""Excess over a limit between the fractions that verification may mend."""
+SLIGHT = (1e-3, 1e-4)
+"""Excess over a limit between the fractions that verification may mend: of eigenvalues, and of sensitivities and noise currents, for
+which it takes long to look again."""
 
 LIGHT = 0.01
 """Damping ratio in which stability is measured, so that its conditions weigh as much as those of limits."""
@@ -103,10 +105,9 @@ def _condition(limit: Limit, bound: float, values: Array, slopes: Array) -> tupl
 
 
 def _highest(excess: Array, least: float) -> Array:
-    """Indices of the highest peaks of a table, `ADDED` at most, as far as they are higher than the least."""
-    tops = peaks(excess)
-    tops = tops[excess[tops] > least]
-    return np.asarray(tops[np.argsort(-excess[tops])][:ADDED])
+    """Rows with the highest peaks of a table's columns, `ADDED` at most, as far as they are higher than the least."""
+    tops = [(-curve[k], k) for curve in excess.T for k in peaks(curve) if curve[k] > least]
+    return np.array([k for _, k in sorted(tops)[:ADDED]], int)
 
 
 class Case:
@@ -199,23 +200,53 @@ class Case:
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
 
-    def shortfalls(self, values: Array) -> dict[str, Array]:
+    def shortfalls(self, values: Array, bounds: Mapping[str, float]) -> dict[str, Array]:
         """How far eigenvalues are beyond their limits at each speed, relative to these: stability, damping, decay.
 
         Parameters
         ----------
         values : ndarray of complex, shape (speeds, modes)
+        bounds : mapping of str to float
+
+        Returns
+        -------
+        dict of str to ndarray, shape (speeds, 1)
         """
-        whirling = np.abs(values.imag) > WHIRL_FREQUENCY
-        out = {"stability": instability(values).max(axis=1) / LIGHT}
-        limited = {q for q, m in self.measures.items() if isinstance(m, Limit)}
-        if "decay_rate" in limited:
-            out["decay_rate"] = 1.0 + np.where(whirling, values.real, -np.inf).max(axis=1) / self._bound("decay_rate")
-        if "damping_ratio" in limited:
+        out = {"stability": instability(values)}
+        if "decay_rate" in bounds:
+            whirling = np.abs(values.imag) > WHIRL_FREQUENCY
+            out["decay_rate"] = np.where(whirling, values.real, -np.inf)
+        if "damping_ratio" in bounds:
             seen = modes.in_window(values, self.measures["damping_ratio"].option("window"))
-            ratios = np.where(seen, values.real / np.maximum(np.abs(values), 1e-300), -np.inf)
-            out["damping_ratio"] = 1.0 + ratios.max(axis=1) / self._bound("damping_ratio")
-        return out
+            out["damping_ratio"] = np.where(seen, values.real / np.maximum(np.abs(values), 1e-300), -np.inf)
+        worst = {q: table.max(axis=1, keepdims=True) for q, table in out.items()}
+        return {q: worst[q] / LIGHT if q == "stability" else 1.0 + worst[q] / bounds[q] for q in worst}
+
+    @property
+    def looped(self) -> bool:
+        """True if sensitivities or noise currents count."""
+        return self.noise is not None or "sensitivity_peak" in self.measures
+
+    def overshoots(self, state: State, fractions: Array, end: float, bounds: Mapping[str, float]) -> dict[str, Array]:
+        """How far sensitivities and noise currents are beyond their limits, in the measure in which they are held down.
+
+        Parameters
+        ----------
+        state : State
+        fractions : ndarray, shape (speeds,)
+        end : float
+            End of the range of speeds [rad/s].
+        bounds : mapping of str to float
+
+        Returns
+        -------
+        dict of str to ndarray, shape (speeds, loops)
+        """
+        found = self.noise.heights(state, fractions, end) if self.noise is not None else {}
+        if "sensitivity_peak" in self.measures:
+            up_to, count = self.measures["sensitivity_peak"].option("up_to"), len(self.loops.plant.loops)
+            found["sensitivity_peak"] = loops.heights(state, fractions, end, count, self.loops.complex_form, up_to)
+        return {q: 1.0 - bounds[q] / np.maximum(table, 1e-300) for q, table in found.items() if q in bounds}
 
     def guard(
         self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete"
@@ -297,8 +328,14 @@ class Evaluator:
             return objective / self.problem.top_speed
         return -objective / self.scale if self.problem.objective.kind.upper else objective / self.scale
 
-    def overlooked(self, x: Array, level: float, modes: int | None = None) -> Array:
-        """Fractions of the range, between those that are looked at, where eigenvalues are worst beyond their limits.
+    def begin_at(self, objective: float) -> float:
+        """The level of an objective in SI units, which becomes the scale of levels where it is no speed."""
+        if not self.problem.seeks_speed:
+            self.scale = abs(objective) or 1.0
+        return self.level(objective)
+
+    def overlooked(self, x: Array, level: float, modes: int | None = None) -> tuple[Array, Array]:
+        """Fractions of the range, between those that are looked at, where something is worst beyond its limit.
 
         Parameters
         ----------
@@ -310,24 +347,40 @@ class Evaluator:
 
         Returns
         -------
-        ndarray
-            At most `ADDED` for each scenario and quantity; empty if nothing is beyond.
+        fractions, checked : ndarray
+            For eigenvalues, and for sensitivities and noise currents: at most `ADDED` for each scenario and quantity; empty if
+            nothing is beyond.
         """
-        p, end = self.scaling.values(x), self.end(level)
-        found: set[float] = set()
-        wide = np.sort(np.append(self.fractions, (self.fractions[:-1] + self.fractions[1:]) / 2.0))
+        p, end, bounds = self.scaling.values(x), self.end(level), self.bounds(level)
+        found: tuple[set[float], set[float]] = set(), set()
+        net = np.union1d(self.fractions, self.checked)
+        wide = np.sort(np.append(net, (net[:-1] + net[1:]) / 2.0))
         for case in self.cases:
             state = case.state(p, modes)
-            values = state.eigenvalues(wide * end)
-            tops = [_highest(excess, NEAR) for excess in case.shortfalls(values).values()]
+
+            def look(at: Array, case: Case = case, state: State = state) -> tuple[dict[str, Array], dict[str, Array]]:
+                values = state.spectra(at * end).values if case.looped else state.eigenvalues(at * end)
+                return case.shortfalls(values, bounds), case.overshoots(state, at, end, bounds)
+
+            first = look(wide)
+            tops = [_highest(excess, NEAR) for tables in first for excess in tables.values()]
             gaps = np.intersect1d(np.arange(len(wide) - 1), np.concatenate([np.append(t - 1, t) for t in tops]))
             close = (wide[gaps] + np.arange(1, CLOSER)[:, None] / CLOSER * np.diff(wide)[gaps]).ravel()
             at, order = np.unique(np.append(wide, close), return_index=True)
-            values = np.vstack([values, state.eigenvalues(close * end)])[order]
-            for quantity, excess in case.shortfalls(values).items():
-                found |= set(at[_highest(excess + self.margins.get(quantity, 0.0), SLIGHT)].tolist())
+            looks = [first, look(close)] if len(close) else [first]
+            for places, slight, *tables in zip(found, SLIGHT, *looks, strict=True):
+                for quantity in tables[0]:
+                    excess = np.vstack([t[quantity] for t in tables])[order] + self.margins.get(quantity, 0.0)
+                    places.update(at[_highest(excess, slight)].tolist())
             self._count(state)
-        return np.setdiff1d(sorted(found), self.fractions)
+        return np.setdiff1d(sorted(found[0]), self.fractions), np.setdiff1d(sorted(found[1]), self.checked)
+
+    def bounds(self, level: float) -> dict[str, float]:
+        """Of all limits and, where it is no speed, of the objective at a level, as far as relative to them means something."""
+        bounds = {q: c.bound for q, c in self.limits.items()}
+        if not self.problem.seeks_speed:
+            bounds[self.problem.objective.quantity] = self.objective(level)
+        return {q: bound for q, bound in bounds.items() if bound > 0.0}
 
     def worst(self, x: Array, level: float, modes: int, fractions: Array) -> float:
         """Largest violation of stability alone: a quick look at a point."""
@@ -335,7 +388,7 @@ class Evaluator:
         out = -np.inf
         for case in self.cases:
             state = case.state(p, modes)
-            out = max(out, float(case.shortfalls(state.eigenvalues(fractions * end))["stability"].max()))
+            out = max(out, float(case.shortfalls(state.eigenvalues(fractions * end), {})["stability"].max()))
             self._count(state)
         return out
 
@@ -346,9 +399,7 @@ class Evaluator:
         name, upper = self.problem.objective.quantity, self.problem.objective.kind.upper
         p, end = self.scaling.values(x), self.problem.top_speed
         found = [case.samples(case.state(p, modes), end)[name].values for case in self.cases]
-        value = float(np.concatenate(found).max() if upper else np.concatenate(found).min())
-        self.scale = abs(value) or 1.0
-        return -value / self.scale if upper else value / self.scale
+        return self.begin_at(float(np.concatenate(found).max() if upper else np.concatenate(found).min()))
 
     def rows(self, x: Array, level: float, modes: int | None = None) -> Rows:
         """All conditions at a design.
@@ -390,6 +441,18 @@ class Evaluator:
             np.concatenate([r.marks for r in parts]),
         )
 
+    def excesses(self, rows: Rows) -> Array:
+        """How far each row is beyond its limit, relative to that: for stability in damping ratio over `LIGHT`.
+
+        Parameters
+        ----------
+        rows : Rows
+            Whose own values bend upper limits.
+        """
+        upper = np.array([q in self.limits and self.limits[q].kind.upper for q in rows.quantities])
+        bent = np.where(upper, rows.values, 0.0)
+        return np.where(upper, bent / (1.0 - bent), rows.values)
+
     def watch(self, scenario: str, fraction: float) -> None:
         """Hold the stability and sensitivity of the twice finer model too, from now on.
 
@@ -407,7 +470,7 @@ class Evaluator:
 
     def afresh(self) -> None:
         """Forget what earlier starts left behind, so that a start does not depend on them to the last bit."""
-        self.eigensolves, self.fractions = {}, FRACTIONS
+        self.eigensolves, self.fractions, self.checked = {}, FRACTIONS, CHECKED
         for case in self.cases:
             case.afresh()
 

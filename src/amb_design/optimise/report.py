@@ -37,7 +37,7 @@ def document(
         "status": design.status,
         "verified": design.verified,
         "speed_rpm": _number(design.end * RPM) if design.verified else None,
-        "before": _state(design, design.before, problem.start()),
+        "before": _state(design, design.before, problem.as_drawn().start()),
         "after": None,
         "variables": [_variable(design, v) for v in problem.variables],
         "limits": [_limit(row) for row in design.limits],
@@ -100,7 +100,7 @@ def _state(design: Design, found: Audit, values: Mapping[str, float]) -> dict[st
 
 def _variable(design: Design, v: Any) -> dict[str, Any]:
     machine = design.problem.machine
-    path = find(machine, v.name)[0]
+    path, *others = find(machine, v.name)
     after = design.values[v.name] if design.verified else None
     span = v.upper - v.lower
     at = None
@@ -110,6 +110,7 @@ def _variable(design: Design, v: Any) -> dict[str, Any]:
         "name": v.name,
         "unit": metadata(machine, path)["unit"],
         "before": float(value(machine, path)),
+        "others_before": sorted({float(value(machine, p)) for p in others} - {float(value(machine, path))}),
         "after": after,
         "lower": v.lower,
         "upper": v.upper,

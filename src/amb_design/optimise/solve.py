@@ -19,7 +19,7 @@ from .design import Design
 from .start import INFEASIBLE, Effort, Outcome, Starter
 from .verification import MARGIN, Verified, verify
 
-FORMAT = "amb_design/start/1"
+FORMAT = "amb_design/start/2"
 
 Report = Callable[[Outcome], None]
 

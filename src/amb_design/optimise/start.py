@@ -82,12 +82,12 @@ class Outcome:
     objective : float
         In SI units; for infeasible starts that of the point with the least violation.
     violation : float
-        Largest violation of any condition, relative to its limit.
+        Largest violation of any condition, relative to its limit; of stability in damping ratio over `LIGHT`.
     conflicts : list of dict
         For infeasible starts the conditions that hold each other back: quantity, scenario, place, violation, weight.
     active : list of dict
-        Conditions that hold the optimum: quantity, scenario, place, speed, multiplier (gain of the objective, relative to the
-        range of the search, for each relative unit of the limit).
+        Conditions that hold the optimum: quantity, scenario, place, speed, multiplier (relative gain of the objective for each
+        relative unit of the limit).
     history : list of [int, float, float]
         Eigendecompositions so far, objective, violation.
     eigensolves : mapping of str to int
@@ -157,9 +157,11 @@ class Starter:
         settings = Settings(highest=1.0 if self.problem.seeks_speed else np.inf)
         level = self.evaluator.start_level(x, self.modes)
         low = level if self.problem.seeks_speed else -1e3
-        trace = self._search(
-            x, low, Settings(steps=self.effort.feasible, highest=settings.highest), self.modes, frozen=True
-        )
+        held = Settings(steps=self.effort.feasible, highest=settings.highest)
+        first = (
+            self._search if self.problem.seeks_speed else self._settled
+        )  # a short range hides nothing between its speeds
+        trace = first(x, low, held, self.modes, frozen=True)
         if not self.problem.seeks_speed:  # what the point has, for nothing was asked of it
             level = trace.level = self.evaluator.start_level(trace.x, self.modes)
         if trace.rows.worst > settings.tolerance:
@@ -220,7 +222,7 @@ class Starter:
         clock = time.process_time() if clock is None else clock
         highest = 1.0 if self.problem.seeks_speed else np.inf
         fine = Settings(self.effort.fine, radius, progress=3e-5, highest=highest, level_radius=self._reach)
-        trace = self._settled(x, level, fine, None, hessian)
+        trace = self._settled(x, level, fine, None, hessian=hessian)
         if trace.rows.worst > ALMOST and self.problem.seeks_speed:
             self._mend(trace)
         if trace.rows.worst > ALMOST:
@@ -281,18 +283,25 @@ class Starter:
             return np.inf
 
     def _settled(
-        self, x: Array, level: float, settings: Settings, modes: int | None, hessian: Array | None = None
+        self,
+        x: Array,
+        level: float,
+        settings: Settings,
+        modes: int | None,
+        frozen: bool = False,
+        hessian: Array | None = None,
     ) -> Trace:
         """Search until nothing is overlooked between the speeds that are looked at."""
-        trace = self._search(x, level, settings, modes, hessian=hessian)
+        ev = self.evaluator
+        trace = self._search(x, level, settings, modes, frozen, hessian)
         for _ in range(LOOKS):
             if trace.rows.worst > ALMOST:
                 break
-            overlooked = self.evaluator.overlooked(trace.x, trace.level, modes)
-            if not len(overlooked):
+            fractions, checked = ev.overlooked(trace.x, trace.level, modes)
+            if not len(fractions) and not len(checked):
                 break
-            self.evaluator.fractions = np.union1d(self.evaluator.fractions, overlooked)
-            trace = self._search(trace.x, trace.level, settings, modes, hessian=trace.hessian)
+            ev.fractions, ev.checked = np.union1d(ev.fractions, fractions), np.union1d(ev.checked, checked)
+            trace = self._search(trace.x, trace.level, settings, modes, frozen, trace.hessian)
         return trace
 
     def _search(
@@ -317,13 +326,16 @@ class Starter:
 
     def _outcome(self, index: int, trace: Trace, status: str, clock: float) -> Outcome:
         ev, rows = self.evaluator, trace.rows
-        held = _held(rows, trace.multipliers)
+        excesses = ev.excesses(rows)
+        held = _held(rows, excesses, trace.multipliers / (abs(trace.level) or 1.0))
+        if not self.problem.seeks_speed:  # what is sought is no limit
+            held = [condition for condition in held if condition["quantity"] != self.problem.objective.quantity]
         return Outcome(
             index,
             status,
             dict(zip([v.name for v in self.problem.variables], ev.scaling.values(trace.x).tolist(), strict=True)),
             ev.objective(trace.level),
-            max(rows.worst, 0.0),
+            float(excesses.max(initial=0.0)),
             conflicts=held if status == INFEASIBLE else [],
             active=[] if status == INFEASIBLE else held,
             history=self._history,
@@ -332,7 +344,7 @@ class Starter:
         )
 
 
-def _held(rows: Rows, multipliers: Array) -> list[dict[str, Any]]:
+def _held(rows: Rows, excesses: Array, multipliers: Array) -> list[dict[str, Any]]:
     """Conditions with multipliers, the heaviest of each quantity and scenario first."""
     out: dict[tuple[str, str], dict[str, Any]] = {}
     if not len(multipliers):
@@ -349,7 +361,7 @@ def _held(rows: Rows, multipliers: Array) -> list[dict[str, Any]]:
             "scenario": key[1],
             "place": rows.places[i],
             "speed": None if np.isnan(rows.speeds[i]) else float(rows.speeds[i]),
-            "value": float(rows.values[i]),
+            "value": float(excesses[i]),
             "multiplier": float(multipliers[i]),
         }
     return list(out.values())

@@ -117,6 +117,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
     outcome : Outcome
     """
     problem, ev = starter.problem, starter.evaluator
+    ev.begin_at(outcome.objective)
     failed: set[str] = set()
     shorter = None
     for rounds in range(ROUNDS + 1):
@@ -179,7 +180,8 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
         audits: list[Audit] = []
         for k, finer in enumerate((1, 2)):
             known = None if stability_only else stable[k].stability
-            audits.append(audit(problem, outcome.values, end, finer, stability_only, known))
+            coarser = audits[0] if k and not stability_only else None
+            audits.append(audit(problem, outcome.values, end, finer, stability_only, known, coarser))
             found = excesses(problem, audits[-1])
             if found:  # what fails needs no further look
                 return audits, found

@@ -27,7 +27,7 @@ def drawings(design: Design, fronts: Mapping[str, Sequence[ParetoPoint]]) -> Ite
         By quantity.
     """
     yield machine_drawing(design.machine)
-    machines = {"before": design.problem.with_values(design.problem.start()), "after": design.machine}
+    machines = {"before": design.problem.machine, "after": design.machine}
     loops = {name: system(machine) for name, machine in machines.items()}
     limits = {name: stability_limit(loop, design.problem.top_speed) for name, loop in loops.items()}
     top = min(design.problem.top_speed, 1.25 * max(design.end, *(x.speed for x in limits.values())))

@@ -33,6 +33,9 @@ from .problem_parts import (
 from .quantities import QUANTITIES
 from .tables import as_table
 
+HARDLY = 1e-12
+"""Relative freedom of numbers that are to stay."""
+
 
 @dataclass(frozen=True)
 class DesignProblem:
@@ -196,6 +199,21 @@ class DesignProblem:
         """The machine's own values of the variables, moved into their bounds."""
         own = {v.name: float(value(self.machine, find(self.machine, v.name)[0])) for v in self.variables}
         return {v.name: min(max(own[v.name], v.lower), v.upper) for v in self.variables}
+
+    def as_drawn(self) -> DesignProblem:
+        """The same problem about exactly its machine, whose numbers stay: one of them is free, but hardly.
+
+        `start` makes tied numbers alike and moves them into their bounds; this is for what the machine was before.
+        """
+        own, begun = {path: float(value(self.machine, path)) for path in self._forms}, self.values(self.start())
+        if all(math.isclose(x, begun[path], rel_tol=HARDLY) for path, x in own.items()):
+            return self
+        for path, x in own.items():
+            try:
+                return replace_fields(self, free={path: (x - HARDLY * abs(x), x + HARDLY * abs(x))}, ties={})
+            except SpecError:  # zero, or a place where two parts touch
+                continue
+        return self
 
     def starting_at(self, machine: Machine) -> DesignProblem:
         """The same problem, begun where another machine is: an earlier design, or the answer of a smaller problem.

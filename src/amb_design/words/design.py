@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..optimise.design import missed
 from ..optimise.start import INFEASIBLE
 from ..spec.problem import DesignProblem
 from ..spec.quantities import QUANTITIES
@@ -30,7 +31,9 @@ def headline(d: Document) -> str:
     value = in_words(d["objective"]["value"], _unit(d), speed=True)
     name = _spoken(d["objective"]["quantity"])
     what = "stable and within all limits up to" if name == "stability limit" else name
-    if name == "stability limit" and d["after"]["stability_limit"]["status"] == "none below the top speed":
+    limit = d["after"]["stability_limit"]
+    searched = name == "stability limit" and limit["status"] == "none below the top speed"
+    if searched and d["speed_rpm"] >= limit["speed_rpm"] * (1.0 - 1e-6):
         value += ", where the search ends"
     return f"{d['status']}: {what} {value} ({held} of {len(d['starts'])} starts within the limits)"
 
@@ -65,7 +68,7 @@ def conflicts(d: Document) -> list[str]:
     for c in d["conflicts"]:
         scenario = f", scenario {c['scenario']}" if c["scenario"] else ""
         lines.append(
-            f"{_spoken(c['quantity'])}: beyond its limit by {100.0 * c['value']:.3g} % ({c['place']}{scenario}); weight "
+            f"{_spoken(c['quantity'])}: missed by {missed(c['quantity'], c['value'])} ({c['place']}{scenario}); weight "
             f"{c['multiplier'] / total:.2f}"
         )
     for reasons in d["rejected"]:
@@ -102,6 +105,13 @@ def before_and_after(d: Document) -> Table:
         reach = before["within_limits_up_to_rpm"]
         then = f"to {reach:.0f} rpm" if reach else "nowhere"
         rows.append(["within all limits", then, f"to {d['speed_rpm']:.0f} rpm", "", ""])
+    sought = d["objective"]
+    if sought["quantity"] != "stability_limit":
+        was = before["quantities"][sought["quantity"]]["value"]
+        was = "" if was is None else in_words(was, sought["unit"])
+        rows.append(
+            [_spoken(sought["quantity"]), was, in_words(sought["value"], sought["unit"]), "", "what was sought"]
+        )
     for row in d["limits"]:
         was = before["quantities"].get(row["quantity"], {}).get("value")
         remark = "active" if row["active"] else ""
@@ -130,13 +140,13 @@ def variables(d: Document) -> Table:
     """
     rows = []
     for v in d["variables"]:
-        unit = v["unit"]
+        unit, turns = v["unit"], v["name"].endswith("speed")
         rows.append(
             [
                 v["name"],
-                in_words(v["before"], unit),
-                "" if v["after"] is None else in_words(v["after"], unit),
-                f"{in_words(v['lower'], unit)} to {in_words(v['upper'], unit)}",
+                " and ".join(in_words(x, unit, speed=turns) for x in [v["before"], *v["others_before"]]),
+                "" if v["after"] is None else in_words(v["after"], unit, speed=turns),
+                f"{in_words(v['lower'], unit, speed=turns)} to {in_words(v['upper'], unit, speed=turns)}",
                 f"at its {v['at_bound']} bound" if v["at_bound"] else "",
             ]
         )

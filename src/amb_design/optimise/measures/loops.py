@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...analysis.sensitivity import CHECKED_TO
+from ...analysis.sensitivity import CHECKED_TO, telling_frequencies
 from ...analysis.system import Array
 from ..state import State
 from .samples import Samples, joined, peaks, rpm_text, zoomed
 
 POINTS = 240
+"""Frequencies of the net."""
+
 PEAKS = 8
 """Peaks that are followed in each loop at each speed."""
 
@@ -56,6 +58,22 @@ def sensitivity(
         for j in range(loops)
     ]
     return joined(found, state.member.family.parameters)
+
+
+def heights(state: State, fractions: Array, end: float, loops: int, complex_form: bool, up_to: float) -> Array:
+    """Highest peak of each loop at each speed, shape (s, loops): for a look, without derivatives.
+
+    Parameters
+    ----------
+    state, fractions, end, loops, complex_form, up_to
+        As for `sensitivity`.
+    """
+    out = np.empty((len(fractions), loops))
+    for k in range(len(fractions)):
+        view = _View(state, k, fractions, end, loops, complex_form)
+        top = max(CHECKED_TO, up_to, 3.0 * view.speed)
+        out[k] = [np.abs(view.at(_tops(view, j, top, 0.0, 1), j)).max() for j in range(loops)]
+    return out
 
 
 class _View:
@@ -105,20 +123,20 @@ class _View:
         return slopes, self.fraction * ((y @ self.state.a1) * x).sum(axis=1)
 
 
-def _peaks(view: _View, loop: int, above: float, least: float, count: int) -> Samples:
-    top = max(least, 3.0 * view.speed)
-    near = np.abs(view.values.imag)
-    width = np.abs(view.values.real)
-    around = np.concatenate([near, near - width, near + width])
-    grid = np.unique(
-        np.concatenate([np.geomspace(1e-4 * top, top, POINTS), around[(around > 1e-4 * top) & (around < top)]])
-    )
+def _tops(view: _View, loop: int, top: float, above: float, count: int) -> Array:
+    """Frequencies of the highest peaks: the highest of all, and others above a value."""
+    grid = telling_frequencies(view.values, top, POINTS)
     size = np.abs(view.at(grid, loop))
     found = peaks(size)
     found = found[np.argsort(-size[found])][:count]
     found = found[(size[found] >= above) | (np.arange(len(found)) == 0)]
     lower, upper = grid[np.maximum(found - 1, 0)], grid[np.minimum(found + 1, len(grid) - 1)]
-    w = zoomed(lambda x: np.abs(view.at(x.ravel(), loop)).reshape(x.shape), lower, upper, ZOOMS)
+    return zoomed(lambda x: np.abs(view.at(x.ravel(), loop)).reshape(x.shape), lower, upper, ZOOMS)
+
+
+def _peaks(view: _View, loop: int, above: float, least: float, count: int) -> Samples:
+    top = max(least, 3.0 * view.speed)
+    w = _tops(view, loop, top, above, count)
     value = view.at(w, loop)
     slopes, rates = view.slopes(w, loop)
     # A peak stays where the derivative is zero, but at the end of the frequencies it moves with that end.

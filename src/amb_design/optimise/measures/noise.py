@@ -83,6 +83,19 @@ class NoiseMeasures:
             out[m.quantity] = joined(found, state.member.family.parameters)
         return out
 
+    def heights(self, state: State, fractions: Array, end: float) -> dict[str, Array]:
+        """Noise currents, shape (s, loops), for a look: without derivatives.
+
+        Parameters
+        ----------
+        state, fractions, end
+            As for `samples`.
+        """
+        sizes = np.array([_View(state, float(f), end, len(self.names)).sizes for f in fractions])
+        bias = self._bias(state.member.p)[0].full()[:, 0]
+        ratio = {m.quantity: m.quantity == "noise_current_ratio" for m in self.measures}
+        return {m.quantity: m.option("noise") * sizes / (bias if ratio[m.quantity] else 1.0) for m in self.measures}
+
     def _sample(self, view: _View, loop: int, scale: float, relative: Array) -> Samples:
         value, (slopes, rate) = view.sizes[loop], view.slopes(loop)
         where = f"{self.names[loop]}, {rpm_text(view.speed)}"

@@ -1,0 +1,101 @@
+"""Where over a range of speeds a quantity is worst: a net of speeds first, then closer around its highest points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .modal import LoopView, ModalLoop, Signals
+from .scan import maximum
+from .system import Array, System
+
+NET = 33
+"""Speeds of the net. A resonance that passes a narrow notch shows at one of them at least, unless it is narrower than about a
+thirtieth of the range."""
+
+PLACES = 3
+"""Highest points that are looked into."""
+
+CLOSER = 12
+"""Evaluations for each of them."""
+
+PEAKS = 4
+"""Resonances of a loop at a speed that are followed to their tops."""
+
+
+def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET) -> Array:
+    """Speeds of the highest local maxima of several curves.
+
+    Parameters
+    ----------
+    function : callable
+        Values of all curves at a speed, the higher the worse.
+    end : float
+        The range begins at rest [rad/s].
+    net : int
+        Number of speeds of the first look.
+
+    Returns
+    -------
+    ndarray
+        `PLACES` at most [rad/s], ends of the range among them; the worst first.
+    """
+    from scipy.optimize import minimize_scalar  # imported late: slow to load
+
+    speeds = np.linspace(0.0, end, net)
+    table = np.array([function(float(s)) for s in speeds])
+    padded = np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
+    tops = np.argwhere((table >= padded[:-2]) & (table > padded[2:]))
+    tops = tops[np.argsort(-table[tops[:, 0], tops[:, 1]], kind="stable")]
+    found: list[tuple[float, float]] = []
+    for k, curve in tops:
+        if len(found) == PLACES:
+            break
+        bounds = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, net - 1)])
+        if any(bounds[0] <= s <= bounds[1] for _, s in found):
+            continue  # another curve has its top there, too
+        best = float(table[k, curve]), float(speeds[k])
+
+        def height(speed: float, curve: int = curve) -> float:
+            return float(function(speed)[curve])
+
+        if not np.isfinite(best[0]):  # unstable there: no place is worse
+            pass
+        elif (
+            0 < k < net - 1 or height(best[1] + 0.1 * (sum(bounds) - 2.0 * best[1])) > best[0]
+        ):  # no mere end of the range
+            options = {"maxiter": CLOSER, "xatol": 1e-5 * end}
+            closer = minimize_scalar(lambda s: -height(float(s)), bounds=bounds, method="bounded", options=options)
+            best = max(best, (-float(closer.fun), float(closer.x)))
+        found.append(best)
+    return np.array([s for _, s in sorted(found, reverse=True)] or [0.0])
+
+
+def most_sensitive_speeds(loop: System, end: float, highest: Callable[[float], float]) -> Array:
+    """Speeds at which the sensitivity of some loop peaks, from sums over modes.
+
+    Parameters
+    ----------
+    loop : System
+        With loops, and stable over the range.
+    end : float
+        The range begins at rest [rad/s].
+    highest : callable
+        Highest frequency [rad/s] that counts at a speed.
+
+    Returns
+    -------
+    ndarray
+        As from `worst_speeds`.
+    """
+    signals = Signals.of(loop)
+
+    def peaks(speed: float) -> Array:
+        view, top = LoopView(ModalLoop(loop, speed), signals), highest(speed)
+        grid = view.grid()
+        grid = np.append(grid[grid < top], top)
+        count = len(view.names)
+        return np.array([maximum(lambda w, j=j: np.abs(view.sensitivity(w, j)), grid, PEAKS)[0] for j in range(count)])  # type: ignore[misc]
+
+    return worst_speeds(peaks, end)
