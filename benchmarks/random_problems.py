@@ -28,6 +28,9 @@ from amb_design.optimise.solve import solve
 from amb_design.optimise.start import Effort
 
 EFFORT, STARTS = Effort(30, 25, 12), 2
+SPEEDS = 25
+"""Speeds at random, at which promises are looked at."""
+
 FINER = 3
 ALLOWED = 2e-3
 """For the difference between the meshes, relative to the limit."""
@@ -360,7 +363,7 @@ def broken_promises(design, seed):
     problem, rng = design.problem, np.random.default_rng([seed, 1])
     end = design.end
     base = ad.replace(design.machine, {"rotor.shaft.elements": FINER * design.machine.rotor.shaft.elements})
-    speeds = np.unique(np.append(rng.uniform(0.0, end, 3), [0.0, end]))
+    speeds = np.concatenate([[0.0], (np.arange(SPEEDS) + rng.random(SPEEDS)) / SPEEDS * end, [end]])  # one in each part
     out = []
     for scenario in (None, *problem.cases):
         machine, name = base, "" if scenario is None else scenario.name
