@@ -16,12 +16,13 @@ from pathlib import Path
 import numpy as np
 
 import amb_design as ad
+from amb_design.analysis import worst_speed
 from amb_design.optimise import audit, start
 from amb_design.optimise.solve import solve
 from amb_design.optimise.start import Effort
 
 if __name__ in ("__main__", "__mp_main__"):  # here and in the workers, but not in the tests
-    audit.LOOPS = np.array([0.0, 1.0])  # it is the starts that count
+    audit.LOOPS, worst_speed.NET = np.array([0.0, 1.0]), 3  # it is the starts that count
     start.LOOKED_AT = 4
 
 EFFORT = Effort(3, 2, 2)

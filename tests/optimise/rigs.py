@@ -146,3 +146,28 @@ def everything_problem(anisotropic: bool = False, elements: int = 6) -> ad.Desig
         unbalance={"static": (2e-5, 3e-5, 1e-5, 2e-5), "couple": (2e-5, 0.0, 0.0, -3e-5)},
         scenarios={"other": {"magnets.gap": 1.05, "plies.material.E1": 0.9, "unbalance": 1.5}},
     )
+
+
+def flywheel() -> ad.Machine:
+    """An overhung flywheel whose forward whirl meets a narrow notch of its controller at a third of the speed range."""
+    steel = ad.Isotropic(E=205e9, nu=0.29, density=7850.0)
+    return ad.Machine(
+        name="flywheel",
+        rotor=ad.Rotor(
+            shaft=ad.Shaft(
+                segments=(ad.Segment(length=0.3, outer_diameter=0.025, material=steel),),
+                viscous_damping=2e-6,
+                elements=8,
+            ),
+            disks=(ad.Disk(position=0.3, mass=1.5, polar_inertia=8e-3, diametral_inertia=5e-3),),
+        ),
+        magnets=tuple(ad.Magnet(position=x, current_stiffness=60.0, negative_stiffness=2e5) for x in (0.05, 0.23)),
+        controller=ad.PID(
+            kp=8000.0,
+            kd=12.0,
+            low_pass=ad.LowPass(frequency=2.0 * math.pi * 4e3),
+            notches=(ad.Notch(frequency=2.0 * math.pi * 690.0, damping=0.0065, width=0.05),),
+            amplifier=ad.Amplifier(bandwidth=2.0 * math.pi * 3e3),
+        ),
+        operation=ad.Operation(top_speed=ad.rpm(40e3)),
+    )

@@ -24,7 +24,7 @@ PEAKS = 4
 """Resonances of a loop at a speed that are followed to their tops."""
 
 
-def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET) -> Array:
+def worst_speeds(function: Callable[[float], Array], end: float) -> Array:
     """Speeds of the highest local maxima of several curves.
 
     Parameters
@@ -33,8 +33,6 @@ def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET)
         Values of all curves at a speed, the higher the worse.
     end : float
         The range begins at rest [rad/s].
-    net : int
-        Number of speeds of the first look.
 
     Returns
     -------
@@ -43,7 +41,7 @@ def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET)
     """
     from scipy.optimize import minimize_scalar  # imported late: slow to load
 
-    speeds = np.linspace(0.0, end, net)
+    speeds = np.linspace(0.0, end, NET)
     table = np.array([function(float(s)) for s in speeds])
     padded = np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
     tops = np.argwhere((table >= padded[:-2]) & (table > padded[2:]))
@@ -52,7 +50,7 @@ def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET)
     for k, curve in tops:
         if len(found) == PLACES:
             break
-        bounds = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, net - 1)])
+        bounds = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, NET - 1)])
         if any(bounds[0] <= s <= bounds[1] for _, s in found):
             continue  # another curve has its top there, too
         best = float(table[k, curve]), float(speeds[k])
@@ -63,7 +61,7 @@ def worst_speeds(function: Callable[[float], Array], end: float, net: int = NET)
         if not np.isfinite(best[0]):  # unstable there: no place is worse
             pass
         elif (
-            0 < k < net - 1 or height(best[1] + 0.1 * (sum(bounds) - 2.0 * best[1])) > best[0]
+            0 < k < NET - 1 or height(best[1] + 0.1 * (sum(bounds) - 2.0 * best[1])) > best[0]
         ):  # no mere end of the range
             options = {"maxiter": CLOSER, "xatol": 1e-5 * end}
             closer = minimize_scalar(lambda s: -height(float(s)), bounds=bounds, method="bounded", options=options)

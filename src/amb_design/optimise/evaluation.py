@@ -110,6 +110,22 @@ def _highest(excess: Array, least: float) -> Array:
     return np.array([k for _, k in sorted(tops)[:ADDED]], int)
 
 
+def _corner(at: Array, curve: Array, k: int) -> tuple[float, float]:
+    """Height and place of a peak: as it is, for the least damped of several modes may change there."""
+    return float(curve[k]), float(at[k])
+
+
+def _vertex(at: Array, curve: Array, k: int) -> tuple[float, float]:
+    """Height and place of a smooth peak, from the parabola through its neighbours."""
+    if not 0 < k < len(at) - 1:
+        return _corner(at, curve, k)
+    (a, b, c), (below, top, beyond) = at[k - 1 : k + 2], curve[k - 1 : k + 2]
+    slope = (top - below) / (b - a)
+    bend = ((beyond - top) / (c - b) - slope) / (c - a)
+    place = (a + b) / 2.0 - slope / (2.0 * min(bend, -1e-300))
+    return float(below + (slope + bend * (place - b)) * (place - a)), float(place)
+
+
 class Case:
     """One scenario of a problem, ready to be evaluated.
 
@@ -368,10 +384,11 @@ class Evaluator:
             close = (wide[gaps] + np.arange(1, CLOSER)[:, None] / CLOSER * np.diff(wide)[gaps]).ravel()
             at, order = np.unique(np.append(wide, close), return_index=True)
             looks = [first, look(close)] if len(close) else [first]
-            for places, slight, *tables in zip(found, SLIGHT, *looks, strict=True):
+            for places, slight, top, *tables in zip(found, SLIGHT, (_corner, _vertex), *looks, strict=True):
                 for quantity in tables[0]:
                     excess = np.vstack([t[quantity] for t in tables])[order] + self.margins.get(quantity, 0.0)
-                    places.update(at[_highest(excess, slight)].tolist())
+                    highest = sorted((top(at, curve, k) for curve in excess.T for k in peaks(curve)), reverse=True)
+                    places.update(place for height, place in highest[:ADDED] if height > slight)
             self._count(state)
         return np.setdiff1d(sorted(found[0]), self.fractions), np.setdiff1d(sorted(found[1]), self.checked)
 

@@ -201,16 +201,16 @@ def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) 
     ):  # perhaps in a mode of the finer mesh alone
         ev.watch(e.scenario, float(np.clip(e.speed / end, 0.0, 1.0)))
         return
-    fraction = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0))
+    fraction, new = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0)), False
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
-        again = again and _looked_at(fraction, ev.fractions)
+        new = not _looked_at(fraction, ev.fractions)
         ev.fractions = np.unique(np.append(ev.fractions, fraction))
     if fraction is not None and e.quantity in ("sensitivity_peak", *NOISY):
-        again = again and _looked_at(fraction, ev.checked)
+        new = not _looked_at(fraction, ev.checked)
         ev.checked = np.unique(np.append(ev.checked, fraction))
     if e.quantity == "stability":  # how much damping is missing, nobody can say
         ev.margins["stability"] = 4.0 * ev.margins.get("stability", MARGIN)
-    elif (
+    elif not new and (
         again or e.excess < 0.05
-    ):  # larger ones come from speeds that were not looked at, and are mended by looking there
+    ):  # what comes from speeds that were not looked at is mended by looking there
         ev.margins[e.quantity] = ev.margins.get(e.quantity, 0.0) + 1.5 * e.excess + 1e-6
