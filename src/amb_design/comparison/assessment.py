@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +22,7 @@ from ..analysis.sensitivity import CHECKED_TO, Sensitivity, sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit
 from ..analysis.system import Array, System, dense
 from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_response
+from ..analysis.worst_speed import most_sensitive_speeds
 from ..errors import ModelError
 from ..model import strength
 from ..optimise.audit import with_pattern
@@ -36,7 +38,7 @@ SPEEDS = 33
 """Speeds of the operating range at which damping is looked at."""
 
 LOOKED_AT = (0.0, 0.5, 1.0)
-"""Parts of the operating range at which sensitivities are looked at; margins, noise and disturbances at both ends."""
+"""Parts of the operating range at which sensitivities are looked at in any case; margins, noise and disturbances at both ends."""
 
 LIFTED = 0.5
 """Time that a rotor has to leave its backup bearings [s]."""
@@ -180,12 +182,19 @@ class Assessment:
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:
-        """At several speeds of the operating range."""
+        """At several speeds of the operating range, those among them where it is worst."""
         self.require_running()
-        highest = [max(CHECKED_TO, 3.0 * s, self.conditions.sensitivity_up_to or 0.0) for s in self._speeds(LOOKED_AT)]
-        return tuple(
-            sensitivity(self.loop, s, highest=top) for s, top in zip(self._speeds(LOOKED_AT), highest, strict=True)
-        )
+
+        def highest(speed: float) -> float:
+            return max(CHECKED_TO, 3.0 * speed, self.conditions.sensitivity_up_to or 0.0)
+
+        found = {s: sensitivity(self.loop, s, highest=highest(s)) for s in self._speeds(LOOKED_AT)}
+        with suppress(
+            ModelError
+        ):  # sums over modes know no law that changes with the speed and passes rates straight on
+            for s in map(float, most_sensitive_speeds(self.loop, self.end, highest)):
+                found[s] = sensitivity(self.loop, s, highest=highest(s))
+        return tuple(found[s] for s in sorted(found))
 
     @cached_property
     def margins(self) -> tuple[Margins, ...]:
