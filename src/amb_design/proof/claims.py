@@ -16,7 +16,8 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.certificate import Crossing, Walk
-from ..analysis.sensitivity import no_loop
+from ..analysis.scan import maximum
+from ..analysis.sensitivity import no_loop, telling_frequencies
 from ..analysis.stability import FOUND, NONE, stability_limit
 from ..analysis.system import Array, System, dense, system
 from ..errors import ModelError, SolveError, SpecError
@@ -373,10 +374,13 @@ def _least_damped(loop: System, speed: float) -> str:
 def _most_sensitive(loop: System, enter: Array, leave: Array, speed: float) -> str:
     values, right = np.linalg.eig(loop.matrix(speed))
     weights = (leave @ right) * np.linalg.solve(right, enter)
-    w = np.concatenate([values.imag + k * values.real for k in (-1.0, -0.3, 0.0, 0.3, 1.0)])
-    size = np.abs(1.0 + (weights / (1j * w[:, None] - values)).sum(axis=1))
-    k = int(np.argmax(size))
-    return f"it is {size[k]:.4g} there, at {abs(w[k]) / (2.0 * np.pi):.5g} Hz"
+    grid = telling_frequencies(values, 3.0 * float(np.abs(values).max()))
+
+    def size(w: Array) -> Array:
+        return np.asarray(np.abs(1.0 + (weights / (1j * w[..., None] - values)).sum(axis=-1)))
+
+    peak, at = max(maximum(size, grid), maximum(lambda w: size(-w), grid))
+    return f"it is {peak:.4g} there, at {at / (2.0 * np.pi):.5g} Hz"
 
 
 def sensitivity_ports(loop: System) -> tuple[Array, Array]:

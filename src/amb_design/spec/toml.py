@@ -152,7 +152,8 @@ def parse(text: str) -> Tables:
     if tables.get("format") != FORMAT:
         problem = "is not the format of this version" if "format" in tables else "is missing"
         raise SpecError(problem, field="format", got=tables.get("format"), remedy=f'write format = "{FORMAT}"')
-    as_table(tables.get("variants", {}), "variants")
+    for name, changes in as_table(tables.get("variants", {}), "variants").items():
+        as_table(changes, f"variants.{quoted(name)}")
     return tables
 
 
@@ -168,7 +169,7 @@ def _with_variant(tables: Tables, variant: str) -> Tables:
             got=variant,
             remedy="name variants with letters, digits, blanks, dots, + and -",
         )
-    changes = as_table(variants[variant], f"variants.{quoted(variant)}")
+    changes = variants[variant]
     for key in ("format", "name", "variants"):
         if key in changes:
             raise SpecError("cannot be changed by a variant", field=key, got=changes[key], remedy="remove the line")
