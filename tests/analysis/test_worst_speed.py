@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.analysis.worst_speed import most_sensitive_speeds, worst_speeds
+from amb_design.analysis.summary import analyse
+from amb_design.analysis.worst_speed import most_sensitive_speeds, telling_sensitivities, worst_speeds
 from amb_design.optimise.evaluation import Case
 from optimise.interrupted import small_problem
 from optimise.rigs import flywheel
@@ -54,6 +55,17 @@ def test_a_narrow_notch_met_on_the_way() -> None:
     found = most_sensitive_speeds(ad.system(machine), end, lambda _: top)
     assert found[0] == pytest.approx(worst, abs=end / 320.0)
     assert ad.sensitivity(machine, found[0], highest=top).worst.value >= max(peaks) * (1.0 - 1e-6)
+
+
+def test_a_summary_tells_where_the_sensitivity_is_worst() -> None:
+    """At rest and at the end all is well; the verdict between them is what counts."""
+    machine = flywheel()
+    told = telling_sensitivities(ad.system(machine), machine.operation.top_speed)
+    assert [s.zone for s in told] == ["A", "D", "A"]
+    verdicts = [c.verdict for c in analyse(machine).criteria if c.subject.startswith("peak sensitivity")]
+    assert verdicts == ["passes", "fails", "passes"]
+    steady = telling_sensitivities(ad.system(small_problem().machine), 200.0)
+    assert [s.speed for s in steady] == [0.0, 200.0]  # it rises to the end
 
 
 @pytest.mark.parametrize("hertz", [2e3, 60e3])

@@ -255,7 +255,12 @@ BAD_FILES: tuple[BadFile, ...] = (
     raw("list-of-numbers", HEAD.replace("[source]", "bearings = [3]\n[source]"), "bearings[0] = 3", "must be a table"),
     raw("materials-list", HEAD.replace("[source]", "materials = [3]\n[source]"), "materials = [3]", "must be a table"),
     raw("material-number", HEAD + "[materials]\nsteel = 210e9\n", "materials.steel = 2.1e+11", "must be a table"),
-    raw("variant-number", HEAD.replace("[source]", "variants = { a = 3 }\n[source]"), "variants.a = 3", "must be a table"),
+    raw(
+        "variant-number",
+        HEAD.replace("[source]", "variants = { a = 3 }\n[source]"),
+        "variants.a = 3",
+        "must be a table",
+    ),
     raw("variants-list", HEAD.replace("[source]", "variants = [3]\n[source]"), "variants = [3]", "must be a table"),
     # materials and layups
     edit("nu12", "nu12 = 0.313", "nu12 = 4", "materials.ply.nu12 = 4", "E1/E2", "check E1 and E2"),

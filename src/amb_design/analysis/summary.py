@@ -20,11 +20,12 @@ from .equivalent import Equivalent, equivalent_coefficients
 from .findings import Finding, findings
 from .gradient import stability_gradient
 from .modes import OVERDAMPED, Mode
-from .sensitivity import Sensitivity, sensitivity
+from .sensitivity import Sensitivity
 from .spectrum import spectrum
 from .stability import FOUND, MARGINAL, UNSTABLE, Onset, StabilityLimit, stability_limit
 from .standards import MARGIN, Criterion, criteria, running_speed
 from .system import system
+from .worst_speed import telling_sensitivities
 
 RPM = 30.0 / math.pi
 
@@ -145,7 +146,7 @@ def analyse(machine: Machine, modes: int = 8) -> Analysis:
     speeds: list[float] = []
     if controlled and limit.status not in (UNSTABLE, MARGINAL):
         speeds = [0.0, min(running_speed(limit), limit.speed * (MARGIN if limit.status == FOUND else 1.0))]
-    sensitivities = tuple(sensitivity(loop, s) for s in speeds)
+    sensitivities = telling_sensitivities(loop, speeds[1]) if speeds else ()
     equivalent = None
     if controlled:
         try:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 
+from ..errors import ModelError
 from .modal import LoopView, ModalLoop, Signals
 from .scan import maximum
+from .sensitivity import CHECKED_TO, Sensitivity, sensitivity
 from .system import Array, System
 
 NET = 33
@@ -19,6 +22,9 @@ PLACES = 3
 
 CLOSER = 12
 """Evaluations for each of them."""
+
+WORSE = 1e-4
+"""What is not worse by more than this is not told."""
 
 PEAKS = 4
 """Resonances of a loop at a speed that are followed to their tops."""
@@ -97,3 +103,37 @@ def most_sensitive_speeds(loop: System, end: float, highest: Callable[[float], f
         return np.array([maximum(lambda w, j=j: np.abs(view.sensitivity(w, j)), grid, PEAKS)[0] for j in range(count)])  # type: ignore[misc]
 
     return worst_speeds(peaks, end)
+
+
+def telling_sensitivities(
+    loop: System, end: float, at: Sequence[float] = (0.0, 1.0), up_to: float = 0.0
+) -> tuple[Sensitivity, ...]:
+    """Sensitivities at given speeds, and where over the range they are worst, if that is worse.
+
+    Parameters
+    ----------
+    loop : System
+        Stable over the range.
+    end : float
+        The range begins at rest [rad/s].
+    at : sequence of float
+        Parts of the range.
+    up_to : float
+        Highest frequency [rad/s], where that is above the standard's.
+
+    Returns
+    -------
+    tuple of Sensitivity
+        By rising speed.
+    """
+
+    def highest(speed: float) -> float:
+        return max(CHECKED_TO, 3.0 * speed, up_to)
+
+    given = [sensitivity(loop, part * end, highest=highest(part * end)) for part in at]
+    with suppress(ModelError):  # sums over modes know no law that changes with the speed and passes rates straight on
+        speed = float(most_sensitive_speeds(loop, end, highest)[0])
+        found = sensitivity(loop, speed, highest=highest(speed))
+        if found.worst.value > (1.0 + WORSE) * max(s.worst.value for s in given):
+            given.append(found)
+    return tuple(sorted(given, key=lambda s: s.speed))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,11 +17,11 @@ from ..analysis.margins import Margins, margins
 from ..analysis.modes import OVERDAMPED, whirls
 from ..analysis.noise import noise_current
 from ..analysis.sampled_limit import sampled_stability_limit
-from ..analysis.sensitivity import CHECKED_TO, Sensitivity, sensitivity
+from ..analysis.sensitivity import Sensitivity
 from ..analysis.stability import FOUND, NONE, StabilityLimit
 from ..analysis.system import Array, System, dense
 from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_response
-from ..analysis.worst_speed import most_sensitive_speeds
+from ..analysis.worst_speed import telling_sensitivities
 from ..errors import ModelError
 from ..model import strength
 from ..optimise.audit import with_pattern
@@ -182,19 +181,9 @@ class Assessment:
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:
-        """At several speeds of the operating range, those among them where it is worst."""
+        """At several speeds of the operating range, and where over the range it is worst."""
         self.require_running()
-
-        def highest(speed: float) -> float:
-            return max(CHECKED_TO, 3.0 * speed, self.conditions.sensitivity_up_to or 0.0)
-
-        found = {s: sensitivity(self.loop, s, highest=highest(s)) for s in self._speeds(LOOKED_AT)}
-        with suppress(
-            ModelError
-        ):  # sums over modes know no law that changes with the speed and passes rates straight on
-            for s in map(float, most_sensitive_speeds(self.loop, self.end, highest)):
-                found[s] = sensitivity(self.loop, s, highest=highest(s))
-        return tuple(found[s] for s in sorted(found))
+        return telling_sensitivities(self.loop, self.end, LOOKED_AT, self.conditions.sensitivity_up_to or 0.0)
 
     @cached_property
     def margins(self) -> tuple[Margins, ...]:

@@ -171,8 +171,12 @@ class Starter:
         )
         trace = self._settled(trace.x, level, coarse, self.modes)
         if trace.rows.worst > BLIND and self.problem.seeks_speed:  # stuck: once more from below
+            stuck = trace
             x, level, _ = self._entered(trace.x, 0.7 * trace.level, self.modes)
             trace = self._settled(x, level, coarse, self.modes)
+            if trace.rows.worst > BLIND:  # and again: back to what held all limits
+                trace = max(stuck, trace, key=lambda t: t.feasible[1] if t.feasible is not None else 0.0)
+                trace.retreat()
         x, level, near = self._entered(trace.x, trace.level, None)
         return self.polished(index, x, level, clock, hessian=trace.hessian if near else None)
 

@@ -9,10 +9,10 @@ from typing import Any
 from ..analysis.critical import critical_speeds
 from ..analysis.findings import findings
 from ..analysis.outline import outline
-from ..analysis.sensitivity import sensitivity
 from ..analysis.standards import FAILS, criteria
 from ..analysis.summary import criterion_document
 from ..analysis.system import system
+from ..analysis.worst_speed import telling_sensitivities
 from ..optimise.answers import ParetoPoint, Relaxation
 from ..optimise.design import Design
 from ..optimise.report import document
@@ -105,7 +105,7 @@ def _judged(design: Design) -> tuple[list[dict[str, Any]], list[str]]:
     assert limit is not None
     end = min(float(machine.operation.service_speed or design.end), design.end)
     stable = limit.speed > 0.0
-    peaks = [sensitivity(loop, s) for s in (0.0, end)] if loop.plant.loops and stable else []
+    peaks = telling_sensitivities(loop, end) if loop.plant.loops and stable else ()
     verdicts = [criterion_document(c) for c in criteria(loop, limit, peaks, end)]
     critical = critical_speeds(loop)
     return verdicts, [f.text for f in findings(loop, limit, critical)]
