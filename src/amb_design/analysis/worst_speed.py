@@ -52,28 +52,25 @@ def worst_speeds(function: Callable[[float], Array], end: float) -> Array:
     padded = np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
     tops = np.argwhere((table >= padded[:-2]) & (table > padded[2:]))
     tops = tops[np.argsort(-table[tops[:, 0], tops[:, 1]], kind="stable")]
-    found: list[tuple[float, float]] = []
+    found: list[tuple[float, float, Array]] = []  # height, speed, all curves there
     for k, curve in tops:
-        if len(found) == PLACES:
+        best, bounds = float(table[k, curve]), (float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, NET - 1)]))
+        if len(found) == PLACES or not np.isfinite(best):
             break
-        bounds = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, NET - 1)])
-        if any(bounds[0] <= s <= bounds[1] for _, s in found):
-            continue  # another curve has its top there, too
-        best = float(table[k, curve]), float(speeds[k])
+        if any(bounds[0] <= s <= bounds[1] and values[curve] >= best for _, s, values in found):
+            continue  # it shares the place of another curve's top
 
         def height(speed: float, curve: int = curve) -> float:
-            return float(function(speed)[curve])
+            return float(function(float(speed))[curve])
 
-        if not np.isfinite(best[0]):  # unstable there: no place is worse
-            pass
-        elif (
-            0 < k < NET - 1 or height(best[1] + 0.1 * (sum(bounds) - 2.0 * best[1])) > best[0]
-        ):  # no mere end of the range
+        place = float(speeds[k])
+        if 0 < k < NET - 1 or height(place + 0.1 * (sum(bounds) - 2.0 * place)) > best:  # no mere end of the range
             options = {"maxiter": CLOSER, "xatol": 1e-5 * end}
-            closer = minimize_scalar(lambda s: -height(float(s)), bounds=bounds, method="bounded", options=options)
-            best = max(best, (-float(closer.fun), float(closer.x)))
-        found.append(best)
-    return np.array([s for _, s in sorted(found, reverse=True)] or [0.0])
+            closer = minimize_scalar(lambda s: -height(s), bounds=bounds, method="bounded", options=options)
+            best, place = max((best, place), (-float(closer.fun), float(closer.x)))
+        found.append((best, place, function(place)))
+    found.sort(key=lambda top: -top[0])
+    return np.array([s for _, s, _ in found] or [speeds[int(table.max(axis=1, initial=-np.inf).argmax())]])
 
 
 def most_sensitive_speeds(loop: System, end: float, highest: Callable[[float], float]) -> Array:
