@@ -52,11 +52,8 @@ def sensitivity(
     count : int
         Largest number of peaks of a loop at a speed.
     """
-    found = [
-        _peaks(_View(state, k, fractions, end, loops, complex_form), j, above, max(CHECKED_TO, up_to), count)
-        for k in range(len(fractions))
-        for j in range(loops)
-    ]
+    views = [_View(state, float(f), end, loops, complex_form) for f in fractions]
+    found = [_peaks(view, j, above, max(CHECKED_TO, up_to), count) for view in views for j in range(loops)]
     return joined(found, state.member.family.parameters)
 
 
@@ -69,8 +66,8 @@ def heights(state: State, fractions: Array, end: float, loops: int, complex_form
         As for `sensitivity`.
     """
     out = np.empty((len(fractions), loops))
-    for k in range(len(fractions)):
-        view = _View(state, k, fractions, end, loops, complex_form)
+    for k, fraction in enumerate(fractions):
+        view = _View(state, float(fraction), end, loops, complex_form)
         top = max(CHECKED_TO, up_to, 3.0 * view.speed)
         out[k] = [np.abs(view.at(_tops(view, j, top, 0.0, 1), j)).max() for j in range(loops)]
     return out
@@ -79,10 +76,10 @@ def heights(state: State, fractions: Array, end: float, loops: int, complex_form
 class _View:
     """Sensitivities at one speed."""
 
-    def __init__(self, state: State, k: int, fractions: Array, end: float, loops: int, complex_form: bool):
-        spectra = state.spectra(fractions * end)
-        self.state, self.fraction, self.speed, self.complex_form = state, fractions[k], fractions[k] * end, complex_form
-        self.values, self.right, self.left = spectra.values[k], spectra.right[k], spectra.left[k]
+    def __init__(self, state: State, fraction: float, end: float, loops: int, complex_form: bool):
+        self.state, self.fraction, self.speed, self.complex_form = state, fraction, fraction * end, complex_form
+        spectra = state.spectra(np.array([self.speed]))
+        self.values, self.right, self.left = spectra.values[0], spectra.right[0], spectra.left[0]
         f, g, c = state.ports
         self.enter, self.rate, self.leave = self.left @ f, self.left @ g, c[:loops] @ self.right
 
