@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
+from amb_design.optimise.meshes import own
 from amb_design.optimise.search import Trace
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import ALMOST, FOUND, Effort, Outcome, Starter
@@ -97,8 +98,8 @@ def test_limits_are_tightened_only_where_they_were_looked_at() -> None:
     ev, end = search.evaluator, 1000.0
     before = ev.margins["sensitivity_peak"]
     missed = Excess("sensitivity_peak", "", 0.15, 0.3217 * end)
-    _tighten(search, missed, end, again=True, finer=False)
+    _tighten(search, missed, end, again=True, layout=own)
     assert ev.margins["sensitivity_peak"] == before
     assert np.abs(ev.checked - 0.3217).min() < 1e-12
-    _tighten(search, missed, end, again=True, finer=False)
+    _tighten(search, missed, end, again=True, layout=own)
     assert ev.margins["sensitivity_peak"] > before + 0.15

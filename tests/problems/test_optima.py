@@ -8,6 +8,7 @@ import pytest
 
 import amb_design as ad
 from amb_design.optimise.audit import audit
+from amb_design.optimise.meshes import halved, own
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import INFEASIBLE, Effort
 from amb_design.optimise.verification import excesses
@@ -40,7 +41,7 @@ def test_stored_optimum_holds(name, variant):
     assert set(optimum["values"]) == {v.name for v in problem.variables}
     for v in problem.variables:
         assert v.lower * (1.0 - 1e-12) - 1e-12 <= optimum["values"][v.name] <= v.upper * (1.0 + 1e-12) + 1e-12
-    found = audit(problem, optimum["values"], optimum["objective"], finer=2 if variant == "base" else 1)
+    found = audit(problem, optimum["values"], optimum["objective"], halved if variant == "base" else own)
     assert excesses(problem, found) == []
 
 

@@ -7,7 +7,7 @@ full model at speeds of their own, the stability limit from its certificate, and
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,6 @@ from ..analysis.unbalance import UnbalanceResponse, major_axis, unbalance_respon
 from ..analysis.worst_speed import most_sensitive_speeds, worst_speeds
 from ..model import magnet as magnetics
 from ..model import strength
-from ..model.mesh import plan
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
 from ..spec.problem import DesignProblem
@@ -34,6 +33,7 @@ from ..threads import one_thread
 from .measures.critical import AMPLIFIED
 from .measures.noise import QUANTITIES as NOISY
 from .measures.whirl import QUANTITIES as DRIVEN
+from .meshes import Layout, own
 
 LOOPS = np.array([0.0, 0.311, 0.643, 0.93, 1.0])
 """Fractions of the range at which sensitivities and noise currents are looked at, beside those where they are worst."""
@@ -73,11 +73,14 @@ class Audit:
         One a quantity and scenario.
     stability : mapping of str to StabilityLimit
         By scenario; "" is the machine as drawn.
+    layout : callable
+        Of the mesh.
     """
 
     end: float
     findings: tuple[Finding, ...]
     stability: Mapping[str, StabilityLimit]
+    layout: Layout = own
 
     def worst(self, quantity: str, upper: bool) -> Finding | None:
         """The worst of a quantity over all scenarios."""
@@ -94,12 +97,12 @@ def audit(
     problem: DesignProblem,
     values: Mapping[str, float],
     end: float,
-    finer: int = 1,
-    stability_only: bool = False,
+    layout: Layout = own,
+    quantities: Collection[str] | None = None,
     known: Mapping[str, StabilityLimit] | None = None,
     coarser: Audit | None = None,
 ) -> Audit:
-    """Compute all quantities of a problem at a design.
+    """Compute the quantities of a problem at a design.
 
     Parameters
     ----------
@@ -108,10 +111,10 @@ def audit(
         Variables in SI units.
     end : float
         End of the range of speeds [rad/s].
-    finer : int
-        Factor on the number of elements.
-    stability_only : bool
-        Leave the other quantities out.
+    layout : callable
+        Lays out the mesh of a machine, like those of `amb_design.optimise.meshes`; the machine's own if left out.
+    quantities : collection of str, optional
+        Those to compute besides stability; all if left out.
     known : mapping of str to StabilityLimit, optional
         Stability limits by scenario, where an earlier audit of the same design on the same mesh found them.
     coarser : Audit, optional
@@ -121,23 +124,23 @@ def audit(
     base = synthesise(problem.with_values(values))  # a law of the nominal machine, whatever the scenario
     measures = list(problem.constraints)
     asked: list[Measure] = [*measures] if problem.seeks_speed else [*measures, problem.objective]
+    if quantities is not None:
+        asked = [m for m in asked if m.quantity in quantities]
     findings: list[Finding] = []
     limits = {}
     for case in (None, *problem.cases):
         name = "" if case is None else case.name
         machine = scenario_machine(base, case)
-        loop = system(machine, plan(machine).finer(finer) if finer > 1 else None)
+        loop = system(machine, layout(machine))
         top = max(problem.top_speed, end)
         limits[name] = known[name] if known else stability_limit(loop, top, first_only=True)
-        if stability_only:
-            continue
         driven = [m.quantity for m in asked if m.quantity in DRIVEN]
         found = _driven(problem, case, loop, driven, end) if driven else {}
         for m in asked:
             near = None if coarser is None else coarser.at(m.quantity, name).speed
             v, speed = found[m.quantity] if m.quantity in found else _value(loop, m, end, near)
             findings.append(Finding(m.quantity, name, float(v), speed))
-    return Audit(end, tuple(findings), limits)
+    return Audit(end, tuple(findings), limits, layout)
 
 
 def scenario_machine(machine: Machine, case: Scenario | None) -> Machine:

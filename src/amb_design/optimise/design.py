@@ -58,7 +58,7 @@ class LimitRow:
     upper : bool
     bound : float
     value : float
-        The worst over scenarios, speeds and both meshes.
+        The worst over scenarios, speeds and meshes.
     speed : float or None
         Where [rad/s].
     scenario : str
@@ -102,7 +102,7 @@ class Design:
 
     @property
     def verified(self) -> bool:
-        """True if every limit holds on the full model and on a twice finer mesh, and stability is certified on both."""
+        """True if every limit holds on the full model and on finer meshes, and stability is certified on all of them."""
         return self.best is not None
 
     @property
@@ -201,7 +201,7 @@ class Design:
         """The machine as it was, up to the design's own speed or as far as it is stable."""
         problem = self.problem.as_drawn()
         start = problem.start()
-        limit = audit(problem, start, problem.top_speed * 1e-6, stability_only=True).stability[""]
+        limit = audit(problem, start, problem.top_speed * 1e-6, quantities=()).stability[""]
         reach = stable_up_to(limit) * (1.0 if limit.status == NONE else 0.99)
         end = self.end if self.best is not None else problem.top_speed
         return audit(problem, start, max(min(end, reach), 1e-6 * problem.top_speed))

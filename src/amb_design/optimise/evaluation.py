@@ -18,6 +18,7 @@ from .loop_family import LoopFamily, loop_family
 from .measures import critical, loops, modes, noise, statics, whirl
 from .measures.modes import instability
 from .measures.samples import Samples, peaks
+from .meshes import Layout, own
 from .state import State
 from .variables import Scaling
 
@@ -135,15 +136,19 @@ class Case:
     scenario : Scenario or None
     values : dict of str to float, optional
         Variables for which the mesh is planned.
-    finer : int
-        Factor on the number of elements.
+    layout : callable
+        Lays out the mesh of a machine; the machine's own if left out.
     """
 
     def __init__(
-        self, problem: DesignProblem, scenario: Scenario | None, values: dict[str, float] | None = None, finer: int = 1
+        self,
+        problem: DesignProblem,
+        scenario: Scenario | None,
+        values: dict[str, float] | None = None,
+        layout: Layout = own,
     ):
         self.problem, self.name = problem, "" if scenario is None else scenario.name
-        self.loops: LoopFamily = loop_family(problem, scenario, values, finer)
+        self.loops: LoopFamily = loop_family(problem, scenario, values, layout)
         self.measures: dict[str, Measure] = {c.quantity: c for c in problem.constraints}
         if not problem.seeks_speed:
             self.measures[problem.objective.quantity] = problem.objective
@@ -307,8 +312,9 @@ class Evaluator:
         Fractions of the range of speeds at which eigenvalues, and at which sensitivities and noise currents are held down.
     margins : dict of str to float
         By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
-    watched : dict of str to (Case, ndarray)
-        By scenario: the twice finer model, and fractions of the range at which its stability and sensitivity are held too.
+    watched : dict of (str, str) to (Case, ndarray)
+        By scenario and layout: a model on a finer mesh, and fractions of the range at which its stability and sensitivity are
+        held too.
     eigensolves : dict of int to int
         Eigendecompositions so far, by size.
     """
@@ -319,7 +325,7 @@ class Evaluator:
         self.limits = {c.quantity: c for c in problem.constraints}
         self.fractions, self.checked = FRACTIONS, CHECKED
         self.margins: dict[str, float] = {}
-        self.watched: dict[str, tuple[Case, Array]] = {}
+        self.watched: dict[tuple[str, str], tuple[Case, Array]] = {}
         self.scale = 1.0
         self.eigensolves: dict[int, int] = {}
 
@@ -442,9 +448,9 @@ class Evaluator:
                 for quantity, samples in case.guard(complete, end).items():
                     parts.append(self._rows(case.name, quantity, samples, rates, level))
                 self._count(complete)
-        for name, (case, at) in self.watched.items() if modes is None else ():
+        for (name, mesh), (case, at) in self.watched.items() if modes is None else ():
             finer = case.state(p)
-            for quantity, samples in case.guard(finer, end, at, "finer").items():
+            for quantity, samples in case.guard(finer, end, at, mesh).items():
                 parts.append(self._rows(name, quantity, samples, rates, level))
             self._count(finer)
         return Rows(
@@ -470,20 +476,23 @@ class Evaluator:
         bent = np.where(upper, rows.values, 0.0)
         return np.where(upper, bent / (1.0 - bent), rows.values)
 
-    def watch(self, scenario: str, fraction: float) -> None:
-        """Hold the stability and sensitivity of the twice finer model too, from now on.
+    def watch(self, scenario: str, layout: Layout, fraction: float) -> None:
+        """Hold the stability and sensitivity of a model on a finer mesh too, from now on.
 
         Parameters
         ----------
         scenario : str
+        layout : callable
+            Of the mesh.
         fraction : float
             Of the range of speeds.
         """
-        if scenario not in self.watched:
+        key = scenario, layout.__name__
+        if key not in self.watched:
             drawn = next((c for c in self.problem.cases if c.name == scenario), None)
-            self.watched[scenario] = Case(self.problem, drawn, finer=2), GUARDED
-        case, fractions = self.watched[scenario]
-        self.watched[scenario] = case, np.unique(np.append(fractions, fraction))
+            self.watched[key] = Case(self.problem, drawn, layout=layout), GUARDED
+        case, fractions = self.watched[key]
+        self.watched[key] = case, np.unique(np.append(fractions, fraction))
 
     def afresh(self) -> None:
         """Forget what earlier starts left behind, so that a start does not depend on them to the last bit."""

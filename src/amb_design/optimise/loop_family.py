@@ -10,7 +10,6 @@ import numpy as np
 
 from ..analysis.system import Array
 from ..model.loop import Structure, close, ports, structure
-from ..model.mesh import plan
 from ..spec.controller import LQG
 from ..spec.machine import Machine
 from ..spec.paths import find, replace, value
@@ -18,6 +17,7 @@ from ..spec.problem import DesignProblem
 from ..spec.problem_parts import Scenario
 from ..synthesis.tuned import TunedLaw
 from .family import Family
+from .meshes import Layout, own
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,10 @@ class LoopFamily:
 
 
 def loop_family(
-    problem: DesignProblem, scenario: Scenario | None = None, values: dict[str, float] | None = None, finer: int = 1
+    problem: DesignProblem,
+    scenario: Scenario | None = None,
+    values: dict[str, float] | None = None,
+    layout: Layout = own,
 ) -> LoopFamily:
     """Build the model of a design problem.
 
@@ -82,16 +85,16 @@ def loop_family(
     scenario : Scenario, optional
     values : dict of str to float, optional
         Values of the variables for which the mesh is planned; those of the start if left out.
-    finer : int
-        Factor on the number of elements.
+    layout : callable
+        Lays out the mesh of a machine; the machine's own if left out.
     """
     p = ca.SX.sym("p", len(problem.variables))
     nominal = problem.with_values(values or problem.start())
     symbolic = problem.with_values(dict(zip([v.name for v in problem.variables], p.elements(), strict=True)))
-    mesh = plan(_scaled(nominal, scenario))
+    mesh = layout(_scaled(nominal, scenario))
     tuned = TunedLaw(p, symbolic, nominal) if isinstance(nominal.controller, LQG) else None
     symbolic = _scaled(symbolic if tuned is None else tuned.machine, scenario)  # the law knows the nominal machine
-    plant = structure(symbolic, mesh.finer(finer) if finer > 1 else mesh)
+    plant = structure(symbolic, mesh)
     pencil = close(plant)
     seen = ports(plant, pencil)
     looked_at = {"F": seen.F, "G": seen.G, "C": seen.C}

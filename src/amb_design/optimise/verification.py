@@ -1,4 +1,4 @@
-"""No design is returned before it has been looked at with fresh eyes, on its own mesh and on a twice finer one."""
+"""No design is returned before it has been looked at with fresh eyes, on its own mesh and on finer ones."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
 from .audit import Audit, audit, stable_up_to
 from .measures.noise import QUANTITIES as NOISY
+from .meshes import Layout, halved, own, thrice, twice
 from .start import INFEASIBLE, Outcome, Starter
 
 TOLERANCE = 1e-6
@@ -24,6 +25,9 @@ MARGIN = 1e-4
 
 BESIDE = 1e-3
 """Parts of the range so close to each other are the same place."""
+
+SETTLED = 1e-3
+"""A quantity that changes by less than this part of its limit from mesh to mesh is settled."""
 
 ROUNDS = 4
 """How often a design that fails is refined."""
@@ -61,7 +65,8 @@ class Verified:
     objective : float
         As verified, in SI units.
     audits : tuple of Audit
-        On the design's own mesh and on a twice finer one, as far as they went.
+        On the design's own mesh and on two finer ones, as far as they went; on the last of those quantities alone that the
+        first two leave open.
     excesses : tuple of Excess
         Empty if the design holds.
     rounds : int
@@ -79,7 +84,7 @@ class Verified:
 
     @property
     def passed(self) -> bool:
-        """True if every limit holds on both meshes and the stability is certified."""
+        """True if every limit holds on all meshes and the stability is certified."""
         return not self.excesses
 
 
@@ -126,7 +131,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         if not found or rounds == ROUNDS:
             break
         for e in found:
-            _tighten(starter, e, audits[0].end, e.quantity in failed, finer=len(audits) > 1)
+            _tighten(starter, e, audits[0].end, e.quantity in failed, audits[-1].layout)
         failed |= {e.quantity for e in found}
         x = ev.scaling.point(np.array(list(outcome.values.values())))
         again = starter.polished(outcome.index, x, ev.level(outcome.objective), radius=0.01)
@@ -175,33 +180,45 @@ def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | Non
 
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
-    stable: list[Audit] = []
-    for stability_only in (True, False):
-        audits: list[Audit] = []
-        for k, finer in enumerate((1, 2)):
-            known = None if stability_only else stable[k].stability
-            coarser = audits[0] if k and not stability_only else None
-            audits.append(audit(problem, outcome.values, end, finer, stability_only, known, coarser))
-            found = excesses(problem, audits[-1])
-            if found:  # what fails needs no further look
-                return audits, found
-        stable = audits
+    stable: dict[Layout, Audit] = {}
+    for layout in (own, halved, twice, thrice):  # what fails needs no further look
+        stable[layout] = audit(problem, outcome.values, end, layout, ())
+        if found := excesses(problem, stable[layout]):
+            return list(stable.values()), found
+    audits: list[Audit] = []
+    for layout in (own, halved, thrice):
+        quantities = None if len(audits) < 2 else _unsettled(problem, *audits)
+        coarser = audits[0] if audits else None
+        audits.append(audit(problem, outcome.values, end, layout, quantities, stable[layout].stability, coarser))
+        if found := excesses(problem, audits[-1]):
+            return audits, found
     return audits, []
+
+
+def _unsettled(problem: DesignProblem, coarse: Audit, fine: Audit) -> set[str]:
+    """Quantities that a third mesh may still change by as much as matters."""
+    out = set()
+    bounds = {c.quantity: c for c in problem.constraints}
+    for a in coarse.findings:
+        b = fine.at(a.quantity, a.scenario)
+        c = bounds.get(a.quantity)
+        moved, scale = abs(b.value - a.value), abs(b.value if c is None else c.bound)
+        if moved > SETTLED * scale and (c is None or abs(c.bound - b.value) < moved):
+            out.add(a.quantity)
+    return out
 
 
 def _looked_at(fraction: float, fractions: Array) -> bool:
     return bool(np.abs(fractions - fraction).min() <= BESIDE)
 
 
-def _tighten(starter: Starter, e: Excess, end: float, again: bool, finer: bool) -> None:
+def _tighten(starter: Starter, e: Excess, end: float, again: bool, layout: Layout) -> None:
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
-    if (
-        finer and e.quantity in ("stability", "sensitivity_peak") and e.speed is not None
-    ):  # perhaps in a mode of the finer mesh alone
-        ev.watch(e.scenario, float(np.clip(e.speed / end, 0.0, 1.0)))
-        return
     fraction, new = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0)), False
+    if layout is not own and e.quantity in ("stability", "sensitivity_peak") and fraction is not None:
+        ev.watch(e.scenario, layout, fraction)  # perhaps in a mode of the finer mesh alone
+        return
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
         new = not _looked_at(fraction, ev.fractions)
         ev.fractions = np.unique(np.append(ev.fractions, fraction))

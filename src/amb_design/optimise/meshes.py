@@ -1,0 +1,40 @@
+"""The meshes on which a design has to hold.
+
+Modes with only a few elements to their wavelength are the mesh's, not the rotor's. A controller that drives some of them
+unstable may do so on one mesh and not on another, wherever their nodes fall: hence several finer ones, laid out differently.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..model.mesh import Mesh, plan
+from ..spec.machine import Machine
+from ..spec.paths import replace
+
+Layout = Callable[[Machine], Mesh]
+"""Lays out the mesh of a machine of numbers."""
+
+
+def own(machine: Machine) -> Mesh:
+    """The mesh that the machine asks for."""
+    return plan(machine)
+
+
+def halved(machine: Machine) -> Mesh:
+    """Every element of its own mesh cut in two."""
+    return plan(machine).finer(2)
+
+
+def twice(machine: Machine) -> Mesh:
+    """Laid out anew for twice as many elements: of equal length, as far as the stations allow."""
+    return _anew(machine, 2)
+
+
+def thrice(machine: Machine) -> Mesh:
+    """Laid out anew for three times as many elements."""
+    return _anew(machine, 3)
+
+
+def _anew(machine: Machine, factor: int) -> Mesh:
+    return plan(replace(machine, {"rotor.shaft.elements": factor * int(machine.rotor.shaft.elements)}))
