@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
-from amb_design.optimise.meshes import own
+from amb_design.optimise.meshes import own, twice
 from amb_design.optimise.search import Trace
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import ALMOST, FOUND, Effort, Outcome, Starter
@@ -90,6 +90,24 @@ def test_a_shorter_range_is_better_than_a_refinement_that_loses_more(
     assert verified.passed
     assert verified.outcome is claim
     assert 0.97 * claim.objective <= verified.objective < claim.objective
+
+
+@pytest.mark.parametrize("quantity", ["stability", "decay_rate", "damping_ratio", "sensitivity_peak"])
+def test_what_a_finer_mesh_refutes_is_held_on_that_mesh(quantity: str) -> None:
+    """A margin on the design's own mesh does nothing about modes that it does not have."""
+    small = problem()
+    limits = {**small.limits, "decay_rate": 0.1, "damping_ratio": {"limit": 1e-3, "window": (1.0, 1e6)}}
+    search = starter(dataclasses.replace(small, limits=limits), EFFORT)
+    ev, end = search.evaluator, 1000.0
+    margins = dict(ev.margins)
+    x = ev.scaling.point(np.array(list(small.start().values())))
+    before = set(ev.rows(x, 0.05).keys)
+    _tighten(search, Excess(quantity, "", 0.2, 0.4 * end), end, again=True, layout=twice)
+    rows = ev.rows(x, 0.05)
+    added = [i for i, key in enumerate(rows.keys) if key not in before]
+    assert {rows.quantities[i] for i in added} == {"stability", "decay_rate", "damping_ratio", "sensitivity_peak"}
+    assert 0.4 * ev.end(0.05) in rows.speeds[added]
+    assert ev.margins == margins
 
 
 def test_limits_are_tightened_only_where_they_were_looked_at() -> None:

@@ -200,16 +200,7 @@ class Case:
         dict of str to Samples
             By quantity, in SI units and derivatives with respect to the SI values of the variables.
         """
-        real_form = not self.loops.complex_form
-        found = modes.modes(state, fractions, end, real_form=real_form)
-        out = {"stability": modes.stability(found)}
-        if "decay_rate" in self.measures:
-            whirling = np.abs(state.spectra(fractions * end).values.imag) > WHIRL_FREQUENCY
-            out["decay_rate"] = modes.decay(modes.modes(state, fractions, end, whirling, real_form, slowest=True))
-        if "damping_ratio" in self.measures:
-            window = self.measures["damping_ratio"].option("window")
-            chosen = modes.in_window(state.spectra(fractions * end).values, window)
-            out["damping_ratio"] = modes.damping(modes.modes(state, fractions, end, chosen, real_form))
+        out = self._modes(state, fractions, end)
         if "sensitivity_peak" in self.measures:
             out["sensitivity_peak"] = self._sensitivity(state, checked, end)
         if self.unbalance is not None:
@@ -220,6 +211,19 @@ class Case:
             service = float(self.problem.machine.operation.service_speed)
             out["separation_margin"] = critical.separation(state, service, self.loops.complex_form)
         return out | self.statics.samples(state.member.p, end)
+
+    def _modes(self, state: State, fractions: Array, end: float) -> dict[str, Samples]:
+        """What eigenvalues are limited by: stability, decay, damping."""
+        real_form = not self.loops.complex_form
+        out = {"stability": modes.stability(modes.modes(state, fractions, end, real_form=real_form))}
+        if "decay_rate" in self.measures:
+            whirling = np.abs(state.spectra(fractions * end).values.imag) > WHIRL_FREQUENCY
+            out["decay_rate"] = modes.decay(modes.modes(state, fractions, end, whirling, real_form, slowest=True))
+        if "damping_ratio" in self.measures:
+            window = self.measures["damping_ratio"].option("window")
+            chosen = modes.in_window(state.spectra(fractions * end).values, window)
+            out["damping_ratio"] = modes.damping(modes.modes(state, fractions, end, chosen, real_form))
+        return out
 
     def shortfalls(self, values: Array, bounds: Mapping[str, float]) -> dict[str, Array]:
         """How far eigenvalues are beyond their limits at each speed, relative to these: stability, damping, decay.
@@ -269,18 +273,23 @@ class Case:
             found["sensitivity_peak"] = loops.heights(state, fractions, end, count, self.loops.complex_form, up_to)
         return {q: 1.0 - bounds[q] / np.maximum(table, 1e-300) for q, table in found.items() if q in bounds}
 
-    def guard(
-        self, state: State, end: float, fractions: Array = GUARDED, label: str = "complete"
-    ) -> dict[str, Samples]:
-        """Stability and sensitivity of a more faithful model at few speeds, for modes that the searched one does not have.
+    def guard(self, state: State, end: float) -> dict[str, Samples]:
+        """Stability and sensitivity of the complete model at few speeds, for modes that the searched one does not have.
 
         What the controller does to modes of high frequency hardly depends on the speed.
         """
-        found = modes.modes(state, fractions, end, real_form=not self.loops.complex_form)
+        found = modes.modes(state, GUARDED, end, real_form=not self.loops.complex_form)
         out = {"stability": modes.stability(found)}
         if "sensitivity_peak" in self.measures:
+            out["sensitivity_peak"] = self._sensitivity(state, GUARDED, end)
+        return _labelled(out, "complete")
+
+    def on_mesh(self, label: str, state: State, end: float, fractions: Array) -> dict[str, Samples]:
+        """What modes that only a finer mesh has may break: all that eigenvalues are limited by, and sensitivities."""
+        out = self._modes(state, fractions, end)
+        if "sensitivity_peak" in self.measures:
             out["sensitivity_peak"] = self._sensitivity(state, fractions, end)
-        return {q: dataclasses.replace(s, groups=tuple(f"{label} {g}" for g in s.groups)) for q, s in out.items()}
+        return _labelled(out, label)
 
     def _sensitivity(self, state: State, fractions: Array, end: float) -> Samples:
         above, up_to = 0.2 * self._bound("sensitivity_peak"), self.measures["sensitivity_peak"].option("up_to")
@@ -291,6 +300,11 @@ class Case:
     def _bound(self, quantity: str) -> float:
         measure = self.measures[quantity]
         return measure.bound if isinstance(measure, Limit) else 1.0
+
+
+def _labelled(found: Mapping[str, Samples], label: str) -> dict[str, Samples]:
+    """Under other names, as several models have the same modes."""
+    return {q: dataclasses.replace(s, groups=tuple(f"{label} {g}" for g in s.groups)) for q, s in found.items()}
 
 
 class Evaluator:
@@ -313,8 +327,8 @@ class Evaluator:
     margins : dict of str to float
         By how much limits are tightened, relative to the bound; "stability" in damping ratio over `LIGHT`.
     watched : dict of (str, str) to (Case, ndarray)
-        By scenario and layout: a model on a finer mesh, and fractions of the range at which its stability and sensitivity are
-        held too.
+        By scenario and layout: a model on a finer mesh, and fractions of the range at which its eigenvalues and sensitivities
+        are held too.
     eigensolves : dict of int to int
         Eigendecompositions so far, by size.
     """
@@ -450,7 +464,7 @@ class Evaluator:
                 self._count(complete)
         for (name, mesh), (case, at) in self.watched.items() if modes is None else ():
             finer = case.state(p)
-            for quantity, samples in case.guard(finer, end, at, mesh).items():
+            for quantity, samples in case.on_mesh(mesh, finer, end, at).items():
                 parts.append(self._rows(name, quantity, samples, rates, level))
             self._count(finer)
         return Rows(
@@ -477,7 +491,7 @@ class Evaluator:
         return np.where(upper, bent / (1.0 - bent), rows.values)
 
     def watch(self, scenario: str, layout: Layout, fraction: float) -> None:
-        """Hold the stability and sensitivity of a model on a finer mesh too, from now on.
+        """Hold the eigenvalues and sensitivities of a model on a finer mesh too, from now on.
 
         Parameters
         ----------

@@ -29,6 +29,9 @@ BESIDE = 1e-3
 SETTLED = 1e-3
 """A quantity that changes by less than this part of its limit from mesh to mesh is settled."""
 
+WATCHED = ("stability", "decay_rate", "damping_ratio", "sensitivity_peak")
+"""What modes may break that only a finer mesh has."""
+
 ROUNDS = 4
 """How often a design that fails is refined."""
 
@@ -216,7 +219,7 @@ def _tighten(starter: Starter, e: Excess, end: float, again: bool, layout: Layou
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
     fraction, new = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0)), False
-    if layout is not own and e.quantity in ("stability", "sensitivity_peak") and fraction is not None:
+    if layout is not own and e.quantity in WATCHED and fraction is not None:
         ev.watch(e.scenario, layout, fraction)  # perhaps in a mode of the finer mesh alone
         return
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
