@@ -14,7 +14,7 @@ from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
 from .audit import Audit, audit, stable_up_to
 from .measures.noise import QUANTITIES as NOISY
-from .meshes import Layout, halved, own, thrice, twice
+from .meshes import Layout, four_times, halved, own, thrice, twice
 from .start import INFEASIBLE, Outcome, Starter
 
 TOLERANCE = 1e-6
@@ -184,7 +184,7 @@ def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | Non
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
     stable: dict[Layout, Audit] = {}
-    for layout in (own, halved, twice, thrice):  # what fails needs no further look
+    for layout in (own, halved, twice, thrice, four_times):  # what fails needs no further look
         stable[layout] = audit(problem, outcome.values, end, layout, ())
         if found := excesses(problem, stable[layout]):
             return list(stable.values()), found
