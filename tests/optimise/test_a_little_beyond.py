@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import amb_design as ad
+from amb_design.optimise import verification
 from amb_design.optimise.meshes import own, twice
 from amb_design.optimise.search import Trace
 from amb_design.optimise.solve import starter
@@ -90,6 +91,13 @@ def test_a_shorter_range_is_better_than_a_refinement_that_loses_more(
     assert verified.passed
     assert verified.outcome is claim
     assert 0.97 * claim.objective <= verified.objective < claim.objective
+
+
+def test_no_range_is_short_enough_for_what_is_unstable_at_rest(
+    optimum: Outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verification, "audit", pytest.fail)
+    assert verification._shorter(problem(), optimum, [Excess("stability", "", 1.0, 0.0)]) is None
 
 
 @pytest.mark.parametrize("quantity", ["stability", "decay_rate", "damping_ratio", "sensitivity_peak"])

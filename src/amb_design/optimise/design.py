@@ -212,8 +212,7 @@ class Design:
             return ""
         if self.rejected:
             worst = max(self.rejected[0].excesses, key=lambda e: e.excess)
-            name = worst.quantity.replace("_", " ")
-            return f"on the full model, {name} is beyond its limit by {100.0 * worst.excess:.3g} %"
+            return f"verification refused it: {worst.told}"
         told = [
             f"{c['quantity'].replace('_', ' ')} by {missed(c['quantity'], c['value'])} ({c['place']})"
             for c in self.conflicts

@@ -41,5 +41,16 @@ def four_times(machine: Machine) -> Mesh:
     return _anew(machine, 4)
 
 
+def told(layout: Layout) -> str:
+    """What a mesh is, in words."""
+    names: dict[Layout, str] = {
+        own: "its own mesh",
+        halved: "a twice finer mesh",
+        twice: "a mesh of twice as many elements",
+    }
+    names |= {thrice: "a mesh of three times as many elements", four_times: "a mesh of four times as many elements"}
+    return names.get(layout, layout.__name__)
+
+
 def _anew(machine: Machine, factor: int) -> Mesh:
     return plan(replace(machine, {"rotor.shaft.elements": factor * int(machine.rotor.shaft.elements)}))

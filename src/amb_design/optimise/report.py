@@ -43,7 +43,7 @@ def document(
         "limits": [_limit(row) for row in design.limits],
         "conflicts": design.conflicts,
         "rejected": [
-            [{"quantity": e.quantity, "scenario": e.scenario, "excess": e.excess} for e in v.excesses]
+            [{"quantity": e.quantity, "scenario": e.scenario, "excess": e.excess, "told": e.told} for e in v.excesses]
             for v in design.rejected
         ],
         "starts": [o.document() for o in design.outcomes],

@@ -14,7 +14,8 @@ from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
 from .audit import Audit, audit, stable_up_to
 from .measures.noise import QUANTITIES as NOISY
-from .meshes import Layout, four_times, halved, own, thrice, twice
+from .measures.samples import rpm_text
+from .meshes import Layout, four_times, halved, own, thrice, told, twice
 from .start import INFEASIBLE, Outcome, Starter
 
 TOLERANCE = 1e-6
@@ -49,12 +50,24 @@ class Excess:
     excess : float
         Relative to the bound.
     speed : float or None
+    place : str
+        Mode, speed and mesh, in words.
     """
 
     quantity: str
     scenario: str
     excess: float
     speed: float | None
+    place: str = ""
+
+    @property
+    def told(self) -> str:
+        """What is violated and by how much, in words."""
+        scenario = f", scenario {self.scenario}" if self.scenario else ""
+        if self.quantity == "stability":
+            return f"not stable ({self.place}{scenario})"
+        name = self.quantity.replace("_", " ")
+        return f"{name} beyond its limit by {100.0 * self.excess:.3g} % ({self.place}{scenario})"
 
 
 @dataclass(frozen=True)
@@ -100,10 +113,12 @@ def excesses(problem: DesignProblem, found: Audit) -> list[Excess]:
     found : Audit
     """
     out = []
+    mesh = f"on {told(found.layout)}"
     for name, limit in found.stability.items():
         reach = stable_up_to(limit)
         if reach < found.end * (1.0 - TOLERANCE) or not limit.certified:
-            out.append(Excess("stability", name, 1.0 - reach / found.end, reach))
+            mode = "not certified" if limit.mode is None else limit.mode.describe()
+            out.append(Excess("stability", name, 1.0 - reach / found.end, reach, f"{mode}, {_at(reach)}{mesh}"))
     bounds = {c.quantity: c for c in problem.constraints}
     for f in found.findings:
         if f.quantity not in bounds:
@@ -111,8 +126,12 @@ def excesses(problem: DesignProblem, found: Audit) -> list[Excess]:
         c = bounds[f.quantity]
         excess = f.value / c.bound - 1.0 if c.kind.upper else 1.0 - f.value / c.bound
         if not excess <= TOLERANCE:
-            out.append(Excess(f.quantity, f.scenario, float(excess), f.speed))
+            out.append(Excess(f.quantity, f.scenario, float(excess), f.speed, f"{_at(f.speed)}{mesh}"))
     return out
+
+
+def _at(speed: float | None) -> str:
+    return "" if speed is None else f"{rpm_text(speed)}, " if speed > 0.0 else "at rest, "
 
 
 def verify(starter: Starter, outcome: Outcome) -> Verified:
@@ -165,6 +184,8 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
 def _shorter(problem: DesignProblem, outcome: Outcome, found: Sequence[Excess]) -> tuple[float, list[Audit]] | None:
     """The end of a shorter range of speeds for which a design holds, with its audits."""
     lost = max((e.excess for e in found if e.quantity == "stability"), default=0.0)
+    if lost >= 1.0:  # unstable at rest: no range is short enough
+        return None
     for factor in [1.0 - lost - 2e-4, *RETREATS] if 0.0 < lost < 0.2 else RETREATS:
         audits, excess = _audits(problem, outcome, factor * outcome.objective)
         if not excess:

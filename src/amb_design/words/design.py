@@ -72,10 +72,7 @@ def conflicts(d: Document) -> list[str]:
             f"{c['multiplier'] / total:.2f}"
         )
     for reasons in d["rejected"]:
-        lines += [
-            f"rejected: {_spoken(r['quantity'])} beyond its limit by {100.0 * r['excess']:.3g} % on the full model"
-            for r in reasons
-        ]
+        lines += [f"rejected: {r['told']}" for r in reasons]
     return lines
 
 
