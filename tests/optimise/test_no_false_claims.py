@@ -70,7 +70,10 @@ def test_modes_that_only_some_meshes_destabilise_are_seen(script: ModuleType) ->
     ev.watch("other", twice, 0.0)
     rows = ev.rows(x, level)
     violated = rows.values > 0.0
-    assert {(rows.quantities[i], rows.scenarios[i]) for i in np.flatnonzero(violated)} == {("stability", "other")}
+    assert {(rows.quantities[i], rows.scenarios[i]) for i in np.flatnonzero(violated)} == {
+        ("stability", "other"),
+        ("decay_rate", "other"),
+    }
 
 
 def test_a_resonance_that_cannot_be_crossed_ends_the_range(script: ModuleType) -> None:
