@@ -9,7 +9,7 @@ import pytest
 
 import amb_design as ad
 from amb_design.optimise import verification
-from amb_design.optimise.meshes import own, twice
+from amb_design.optimise.meshes import twice
 from amb_design.optimise.search import Trace
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import ALMOST, FOUND, Effort, Outcome, Starter
@@ -110,7 +110,7 @@ def test_what_a_finer_mesh_refutes_is_held_on_that_mesh(quantity: str) -> None:
     margins = dict(ev.margins)
     x = ev.scaling.point(np.array(list(small.start().values())))
     before = set(ev.rows(x, 0.05).keys)
-    _tighten(search, Excess(quantity, "", 0.2, 0.4 * end), end, again=True, layout=twice)
+    _tighten(search, Excess(quantity, "", 0.2, 0.4 * end, twice), end, again=True)
     rows = ev.rows(x, 0.05)
     added = [i for i, key in enumerate(rows.keys) if key not in before]
     assert {rows.quantities[i] for i in added} == {"stability", "decay_rate", "damping_ratio", "sensitivity_peak"}
@@ -124,8 +124,8 @@ def test_limits_are_tightened_only_where_they_were_looked_at() -> None:
     ev, end = search.evaluator, 1000.0
     before = ev.margins["sensitivity_peak"]
     missed = Excess("sensitivity_peak", "", 0.15, 0.3217 * end)
-    _tighten(search, missed, end, again=True, layout=own)
+    _tighten(search, missed, end, again=True)
     assert ev.margins["sensitivity_peak"] == before
     assert np.abs(ev.checked - 0.3217).min() < 1e-12
-    _tighten(search, missed, end, again=True, layout=own)
+    _tighten(search, missed, end, again=True)
     assert ev.margins["sensitivity_peak"] > before + 0.15

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis.system import Array
+from ..analysis.modes import WHIRL_FREQUENCY
+from ..analysis.system import Array, system
 from ..errors import SolveError
 from ..proof.claims import Proof, prove_stability_limit
 from ..spec.problem import DesignProblem
-from .audit import Audit, audit, stable_up_to
+from ..synthesis.design import synthesise
+from ..threads import one_thread
+from .audit import Audit, audit, scenario_machine, stable_up_to
 from .measures.noise import QUANTITIES as NOISY
 from .measures.samples import rpm_text
 from .meshes import Layout, four_times, halved, own, thrice, told, twice
@@ -29,6 +33,9 @@ BESIDE = 1e-3
 
 SETTLED = 1e-3
 """A quantity that changes by less than this part of its limit from mesh to mesh is settled."""
+
+ELSEWHERE = (0.0, 0.5, 0.99)
+"""Fractions of the range for modes of other meshes; the last not quite its end, where those that have converged may just become unstable."""
 
 WATCHED = ("stability", "decay_rate", "damping_ratio", "sensitivity_peak")
 """What modes may break that only a finer mesh has."""
@@ -50,24 +57,28 @@ class Excess:
     excess : float
         Relative to the bound.
     speed : float or None
-    place : str
-        Mode, speed and mesh, in words.
+    layout : callable
+        Of the mesh.
+    mode : str
+        The one that is not stable, in words.
     """
 
     quantity: str
     scenario: str
     excess: float
     speed: float | None
-    place: str = ""
+    layout: Layout = own
+    mode: str = ""
 
     @property
     def told(self) -> str:
         """What is violated and by how much, in words."""
-        scenario = f", scenario {self.scenario}" if self.scenario else ""
+        at = "" if self.speed is None else rpm_text(self.speed) if self.speed > 0.0 else "at rest"
+        scenario = f"scenario {self.scenario}" if self.scenario else ""
+        where = ", ".join(filter(None, (self.mode, at, f"on {told(self.layout)}", scenario)))
         if self.quantity == "stability":
-            return f"not stable ({self.place}{scenario})"
-        name = self.quantity.replace("_", " ")
-        return f"{name} beyond its limit by {100.0 * self.excess:.3g} % ({self.place}{scenario})"
+            return f"not stable ({where})"
+        return f"{self.quantity.replace('_', ' ')} beyond its limit by {100.0 * self.excess:.3g} % ({where})"
 
 
 @dataclass(frozen=True)
@@ -113,12 +124,11 @@ def excesses(problem: DesignProblem, found: Audit) -> list[Excess]:
     found : Audit
     """
     out = []
-    mesh = f"on {told(found.layout)}"
     for name, limit in found.stability.items():
         reach = stable_up_to(limit)
         if reach < found.end * (1.0 - TOLERANCE) or not limit.certified:
             mode = "not certified" if limit.mode is None else limit.mode.describe()
-            out.append(Excess("stability", name, 1.0 - reach / found.end, reach, f"{mode}, {_at(reach)}{mesh}"))
+            out.append(Excess("stability", name, 1.0 - reach / found.end, reach, found.layout, mode))
     bounds = {c.quantity: c for c in problem.constraints}
     for f in found.findings:
         if f.quantity not in bounds:
@@ -126,12 +136,8 @@ def excesses(problem: DesignProblem, found: Audit) -> list[Excess]:
         c = bounds[f.quantity]
         excess = f.value / c.bound - 1.0 if c.kind.upper else 1.0 - f.value / c.bound
         if not excess <= TOLERANCE:
-            out.append(Excess(f.quantity, f.scenario, float(excess), f.speed, f"{_at(f.speed)}{mesh}"))
+            out.append(Excess(f.quantity, f.scenario, float(excess), f.speed, found.layout))
     return out
-
-
-def _at(speed: float | None) -> str:
-    return "" if speed is None else f"{rpm_text(speed)}, " if speed > 0.0 else "at rest, "
 
 
 def verify(starter: Starter, outcome: Outcome) -> Verified:
@@ -153,7 +159,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         if not found or rounds == ROUNDS:
             break
         for e in found:
-            _tighten(starter, e, audits[0].end, e.quantity in failed, audits[-1].layout)
+            _tighten(starter, e, audits[0].end, e.quantity in failed)
         failed |= {e.quantity for e in found}
         x = ev.scaling.point(np.array(list(outcome.values.values())))
         again = starter.polished(outcome.index, x, ev.level(outcome.objective), radius=0.01)
@@ -204,19 +210,46 @@ def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | Non
 
 def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
     end = objective if problem.seeks_speed else problem.top_speed
-    stable: dict[Layout, Audit] = {}
-    for layout in (own, halved, twice, thrice, four_times):  # what fails needs no further look
-        stable[layout] = audit(problem, outcome.values, end, layout, ())
-        if found := excesses(problem, stable[layout]):
-            return list(stable.values()), found
+    stable: list[Audit] = []
+    for layout in (own, halved):  # what fails needs no further look
+        stable.append(audit(problem, outcome.values, end, layout, ()))
+        if found := excesses(problem, stable[-1]):
+            return stable, found
     audits: list[Audit] = []
-    for layout in (own, halved, thrice):
-        quantities = None if len(audits) < 2 else _unsettled(problem, *audits)
+    for known in stable:
         coarser = audits[0] if audits else None
-        audits.append(audit(problem, outcome.values, end, layout, quantities, stable[layout].stability, coarser))
+        audits.append(audit(problem, outcome.values, end, known.layout, None, known.stability, coarser))
         if found := excesses(problem, audits[-1]):
             return audits, found
-    return audits, []
+    for layout in (twice, thrice, four_times):
+        if found := _unresolved(problem, outcome.values, end, layout):
+            return audits, found
+    if unsettled := _unsettled(problem, *audits):
+        audits.append(audit(problem, outcome.values, end, thrice, unsettled, coarser=audits[0]))
+    return audits, excesses(problem, audits[-1])
+
+
+@one_thread
+def _unresolved(problem: DesignProblem, values: Mapping[str, float], end: float, layout: Layout) -> list[Excess]:
+    """Modes that break a limit on another mesh, at few speeds: those that only this mesh has hardly depend on the speed."""
+    base = synthesise(problem.with_values(values))
+    least = next((c.bound for c in problem.constraints if c.quantity == "decay_rate"), 0.0)
+    out = []
+    for case in (None, *problem.cases):
+        name, machine = "" if case is None else case.name, scenario_machine(base, case)
+        loop = system(machine, layout(machine))
+        for fraction in ELSEWHERE:
+            eigenvalues = np.linalg.eigvals(loop.matrix(fraction * end))
+            whirls = eigenvalues[np.abs(eigenvalues.imag) > WHIRL_FREQUENCY]
+            worst = max(whirls, key=lambda e: float(e.real), default=-math.inf)
+            if worst.real > -(1.0 - SETTLED) * least:
+                mode = f"mode at {abs(worst.imag) / (2.0 * math.pi):.4g} Hz"
+                unstable = worst.real > 0.0
+                excess = 1.0 - fraction if unstable else 1.0 + float(worst.real) / least
+                quantity = "stability" if unstable else "decay_rate"
+                out.append(Excess(quantity, name, excess, fraction * end, layout, mode))
+                break
+    return out
 
 
 def _unsettled(problem: DesignProblem, coarse: Audit, fine: Audit) -> set[str]:
@@ -236,12 +269,12 @@ def _looked_at(fraction: float, fractions: Array) -> bool:
     return bool(np.abs(fractions - fraction).min() <= BESIDE)
 
 
-def _tighten(starter: Starter, e: Excess, end: float, again: bool, layout: Layout) -> None:
+def _tighten(starter: Starter, e: Excess, end: float, again: bool) -> None:
     """Hold the violated quantity down at the speed where it was found, and a little further than before."""
     ev = starter.evaluator
     fraction, new = None if e.speed is None else float(np.clip(e.speed / end, 0.0, 1.0)), False
-    if layout is not own and e.quantity in WATCHED and fraction is not None:
-        ev.watch(e.scenario, layout, fraction)  # perhaps in a mode of the finer mesh alone
+    if e.layout is not own and e.quantity in WATCHED and fraction is not None:
+        ev.watch(e.scenario, e.layout, fraction)  # perhaps in a mode of the finer mesh alone
         return
     if fraction is not None and e.quantity in ("stability", "damping_ratio", "decay_rate"):
         new = not _looked_at(fraction, ev.fractions)
