@@ -19,7 +19,7 @@ from ..threads import one_thread
 from .audit import Audit, audit, scenario_machine, stable_up_to
 from .measures.noise import QUANTITIES as NOISY
 from .measures.samples import rpm_text
-from .meshes import Layout, four_times, halved, own, thrice, told, twice
+from .meshes import Layout, four_times, halved, in_eighths, own, quartered, thrice, told, twice
 from .start import INFEASIBLE, Outcome, Starter
 
 TOLERANCE = 1e-6
@@ -32,7 +32,10 @@ BESIDE = 1e-3
 """Parts of the range so close to each other are the same place."""
 
 SETTLED = 1e-3
-"""A quantity that changes by less than this part of its limit from mesh to mesh is settled."""
+"""A quantity is settled that yet finer meshes change by less than this part of its limit..."""
+
+AGAIN = 0.25
+"""... which is at most this part of what the last one changed: a fifteenth where elements are cut in two and small enough."""
 
 ELSEWHERE = (0.0, 0.5, 0.99)
 """Fractions of the range for modes of other meshes; the last not quite its end, where those that have converged may just become unstable."""
@@ -92,8 +95,8 @@ class Verified:
     objective : float
         As verified, in SI units.
     audits : tuple of Audit
-        On the design's own mesh and on two finer ones, as far as they went; on the last of those quantities alone that the
-        first two leave open.
+        On the design's own mesh and on finer ones, as far as they went; from the third on of those quantities alone that the
+        two before leave open.
     excesses : tuple of Excess
         Empty if the design holds.
     rounds : int
@@ -224,9 +227,13 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
     for layout in (twice, thrice, four_times):
         if found := _unresolved(problem, outcome.values, end, layout):
             return audits, found
-    if unsettled := _unsettled(problem, *audits):
-        audits.append(audit(problem, outcome.values, end, thrice, unsettled, coarser=audits[0]))
-    return audits, excesses(problem, audits[-1])
+    for layout in (quartered, in_eighths):
+        if not (unsettled := _unsettled(problem, *audits[-2:])):
+            break
+        audits.append(audit(problem, outcome.values, end, layout, unsettled, coarser=audits[0]))
+        if found := excesses(problem, audits[-1]):
+            return audits, found
+    return audits, []
 
 
 @one_thread
@@ -253,14 +260,14 @@ def _unresolved(problem: DesignProblem, values: Mapping[str, float], end: float,
 
 
 def _unsettled(problem: DesignProblem, coarse: Audit, fine: Audit) -> set[str]:
-    """Quantities that a third mesh may still change by as much as matters."""
+    """Quantities that a yet finer mesh may still change by as much as matters."""
     out = set()
     bounds = {c.quantity: c for c in problem.constraints}
-    for a in coarse.findings:
-        b = fine.at(a.quantity, a.scenario)
-        c = bounds.get(a.quantity)
-        moved, scale = abs(b.value - a.value), abs(b.value if c is None else c.bound)
-        if moved > SETTLED * scale and (c is None or abs(c.bound - b.value) < moved):
+    for b in fine.findings:
+        a = coarse.at(b.quantity, b.scenario)
+        c = bounds.get(b.quantity)
+        doubt, scale = AGAIN * abs(b.value - a.value), abs(b.value if c is None else c.bound)
+        if doubt > SETTLED * scale and (c is None or abs(c.bound - b.value) < doubt):
             out.add(a.quantity)
     return out
 
