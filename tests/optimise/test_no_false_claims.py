@@ -37,6 +37,13 @@ def test_designs_keep_their_promises(seed: int, script: ModuleType) -> None:
     assert record["broken"] == []
 
 
+def test_no_mode_is_moved_just_out_of_the_window_of_damping(script: ModuleType) -> None:
+    """Where it would be inside on a finer mesh, and the design rejected."""
+    record = script.run(77)
+    assert record["status"].startswith("verified"), record
+    assert record["broken"] == []
+
+
 @pytest.mark.parametrize("seed", [2, 9])
 def test_hopeless_problems_are_called_infeasible(seed: int, script: ModuleType) -> None:
     record = script.run(seed)

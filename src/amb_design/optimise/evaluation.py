@@ -52,6 +52,10 @@ SLIGHT = (1e-3, 1e-4)
 """Excess over a limit between the fractions that verification may mend: of eigenvalues, and of sensitivities and noise currents, for
 which it takes long to look again."""
 
+BESIDE = 0.01
+"""Part of a frequency by which a mode beside a window counts as inside: a search that moves it just out would leave it inside on
+the next mesh."""
+
 LIGHT = 0.01
 """Damping ratio in which stability is measured, so that its conditions weigh as much as those of limits."""
 
@@ -221,7 +225,7 @@ class Case:
             out["decay_rate"] = modes.decay(modes.modes(state, fractions, end, whirling, real_form, slowest=True))
         if "damping_ratio" in self.measures:
             window = self.measures["damping_ratio"].option("window")
-            chosen = modes.in_window(state.spectra(fractions * end).values, window)
+            chosen = modes.in_window(state.spectra(fractions * end).values, window, BESIDE)
             out["damping_ratio"] = modes.damping(modes.modes(state, fractions, end, chosen, real_form))
         return out
 
@@ -242,7 +246,7 @@ class Case:
             whirling = np.abs(values.imag) > WHIRL_FREQUENCY
             out["decay_rate"] = np.where(whirling, values.real, -np.inf)
         if "damping_ratio" in bounds:
-            seen = modes.in_window(values, self.measures["damping_ratio"].option("window"))
+            seen = modes.in_window(values, self.measures["damping_ratio"].option("window"), BESIDE)
             out["damping_ratio"] = np.where(seen, values.real / np.maximum(np.abs(values), 1e-300), -np.inf)
         worst = {q: table.max(axis=1, keepdims=True) for q, table in out.items()}
         return {q: worst[q] / LIGHT if q == "stability" else 1.0 + worst[q] / bounds[q] for q in worst}

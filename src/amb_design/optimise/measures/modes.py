@@ -138,7 +138,8 @@ def damping(found: Modes) -> Samples:
     return found.samples(-v.real / size, -(weight[:, None] * found.slopes).real, -(weight * found.rates).real)
 
 
-def in_window(values: Array, window: tuple[float, float]) -> Array:
-    """Which eigenvalues whirl within a window of frequencies."""
+def in_window(values: Array, window: tuple[float, float], beside: float = 0.0) -> Array:
+    """Which eigenvalues whirl within a window of frequencies, or beside it by less than a part of its ends."""
     frequency = np.abs(values.imag)
-    return np.asarray((frequency >= max(window[0], WHIRL_FREQUENCY)) & (frequency <= window[1]))
+    lower, upper = max(window[0] * (1.0 - beside), WHIRL_FREQUENCY), window[1] * (1.0 + beside)
+    return np.asarray((frequency >= lower) & (frequency <= upper))
