@@ -14,7 +14,7 @@ from amb_design.optimise.audit import audit
 from amb_design.optimise.meshes import four_times, halved, own, quartered, thrice, twice
 from amb_design.optimise.solve import starter
 from amb_design.optimise.start import Outcome
-from amb_design.optimise.verification import _audits, excesses
+from amb_design.optimise.verification import ELSEWHERE, JUST_BELOW, _audits, _unresolved, _unsettled, excesses
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "random_problems.py"
 
@@ -96,13 +96,34 @@ def test_meshes_are_cut_until_a_limited_quantity_has_settled(script: ModuleType)
         "rotor.disks[1].position": 0.3113575025818851,
     }
     decay = dataclasses.replace(problem, limits={"decay_rate": problem.limits["decay_rate"]})
-    outcome = Outcome(0, "optimum", values, 1.92, 0.0)
-    audits, found = _audits(decay, outcome, 1.92)
-    rates = [a.at("decay_rate", "other").value for a in audits]
-    assert [a.layout for a in audits] == [own, halved, quartered]
-    assert rates == pytest.approx([2.857, 1.4962, 1.4253], rel=1e-4)
-    assert [e.told for e in found] == [
-        "decay rate beyond its limit by 4.73 % (7231 rpm, on a four times finer mesh, scenario other)"
+    audits = [audit(decay, values, decay.top_speed, layout, {"decay_rate"}) for layout in (own, halved, quartered)]
+    assert [a.at("decay_rate", "other").value for a in audits] == pytest.approx([2.857, 1.4962, 1.4253], rel=1e-4)
+    assert [excesses(decay, a) == [] for a in audits] == [True, True, False]
+    assert _unsettled(decay, *audits[:2]) == {"decay_rate"}
+    found = _audits(starter(decay, script.EFFORT), Outcome(0, "optimum", values, 1.92, 0.0), 1.92)[1]
+    assert [e.quantity for e in found] == ["decay_rate"]
+    assert found[0].told.endswith("on a four times finer mesh, scenario other)")
+
+
+def test_the_stability_limit_itself_has_to_settle(script: ModuleType) -> None:
+    """It falls from 1585 rad/s on the mesh to 1522.3 where elements are cut in two, 1518.3 in four, and 1518.1 in the end."""
+    problem, _ = script.problem_of(277)
+    values = {
+        "controller.amplifier.bandwidth": 32391.934570768288,
+        "bearings[0].stiffness": 3365662.0144276014,
+        "rotor.disks[0].position": 0.07874860220173004,
+        "controller.kd": 103.0952856187307,
+        "rotor.disks[2].mass": 1.4374403512833804,
+        "rotor.shaft.segments[0].plies[1].angle": -0.6066263944949691,
+        "bearings[1].kzz": 2766601.4229004313,
+        "rotor.shaft.segments[0].plies[0].thickness": 0.003494809785994838,
+    }
+    end = 1521.99
+    assert excesses(problem, audit(problem, values, end, halved, ())) == []
+    for layout in (twice, thrice, four_times):
+        assert _unresolved(problem, values, end, layout, ELSEWHERE) == []
+    assert [e.told for e in _unresolved(problem, values, end, quartered, [JUST_BELOW])] == [
+        "not stable (mode at 5122 Hz, 14519 rpm, on a four times finer mesh)"
     ]
 
 

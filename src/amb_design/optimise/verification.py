@@ -40,6 +40,9 @@ AGAIN = 0.25
 ELSEWHERE = (0.0, 0.5, 0.99)
 """Fractions of the range for modes of other meshes; the last not quite its end, where those that have converged may just become unstable."""
 
+JUST_BELOW = 1.0 - SETTLED
+"""Fraction of the range at which modes have to be stable where elements are cut in four."""
+
 WATCHED = ("stability", "decay_rate", "damping_ratio", "sensitivity_peak")
 """What modes may break that only a finer mesh has."""
 
@@ -158,7 +161,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
     shorter = None
     for rounds in range(ROUNDS + 1):
         objective = outcome.objective
-        audits, found = _audits(problem, outcome, objective)
+        audits, found = _audits(starter, outcome, objective)
         if not found or rounds == ROUNDS:
             break
         for e in found:
@@ -169,7 +172,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
         if again.status == INFEASIBLE:
             break
         if problem.seeks_speed and again.objective < RETREATS[-1] * objective:
-            shorter = _shorter(problem, outcome, found)  # which costs less than this refinement
+            shorter = _shorter(starter, outcome, found)  # which costs less than this refinement
             if shorter is not None:
                 break
         outcome = dataclasses.replace(
@@ -179,7 +182,7 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
             eigensolves=again.eigensolves,
         )
     if found and problem.seeks_speed and shorter is None:
-        shorter = _shorter(problem, outcome, found)
+        shorter = _shorter(starter, outcome, found)
     if shorter is not None:
         (objective, audits), found = shorter, []
     if not problem.seeks_speed:
@@ -190,13 +193,13 @@ def verify(starter: Starter, outcome: Outcome) -> Verified:
     return Verified(outcome, objective, tuple(audits), tuple(found), rounds, proof)
 
 
-def _shorter(problem: DesignProblem, outcome: Outcome, found: Sequence[Excess]) -> tuple[float, list[Audit]] | None:
+def _shorter(starter: Starter, outcome: Outcome, found: Sequence[Excess]) -> tuple[float, list[Audit]] | None:
     """The end of a shorter range of speeds for which a design holds, with its audits."""
     lost = max((e.excess for e in found if e.quantity == "stability"), default=0.0)
     if lost >= 1.0:  # unstable at rest: no range is short enough
         return None
     for factor in [1.0 - lost - 2e-4, *RETREATS] if 0.0 < lost < 0.2 else RETREATS:
-        audits, excess = _audits(problem, outcome, factor * outcome.objective)
+        audits, excess = _audits(starter, outcome, factor * outcome.objective)
         if not excess:
             return factor * outcome.objective, audits
     return None
@@ -211,7 +214,8 @@ def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | Non
     return proof if proof.lower >= end * (1.0 - 2.0 * TOLERANCE) else None
 
 
-def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
+def _audits(starter: Starter, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
+    problem, held = starter.problem, {mesh for _, mesh in starter.evaluator.watched}
     end = objective if problem.seeks_speed else problem.top_speed
     stable: list[Audit] = []
     for layout in (own, halved):  # what fails needs no further look
@@ -225,7 +229,11 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
         if found := excesses(problem, audits[-1]):
             return audits, found
     for layout in (twice, thrice, four_times):
-        if found := _unresolved(problem, outcome.values, end, layout):
+        if found := _unresolved(problem, outcome.values, end, layout, ELSEWHERE):
+            return audits, found
+    nearly = sorted({JUST_BELOW, *(min(f, JUST_BELOW) for f in _just_stable(outcome, end))})
+    for layout in (quartered, in_eighths) if quartered.__name__ in held else (quartered,):
+        if found := _unresolved(problem, outcome.values, end, layout, nearly):
             return audits, found
     for layout in (quartered, in_eighths):
         if not (unsettled := _unsettled(problem, *audits[-2:])):
@@ -236,8 +244,15 @@ def _audits(problem: DesignProblem, outcome: Outcome, objective: float) -> tuple
     return audits, []
 
 
+def _just_stable(outcome: Outcome, end: float) -> list[float]:
+    """Fractions of the range at which stability is what limits a design."""
+    return [float(row["speed"]) / end for row in outcome.active if row["quantity"] == "stability"]
+
+
 @one_thread
-def _unresolved(problem: DesignProblem, values: Mapping[str, float], end: float, layout: Layout) -> list[Excess]:
+def _unresolved(
+    problem: DesignProblem, values: Mapping[str, float], end: float, layout: Layout, fractions: Sequence[float]
+) -> list[Excess]:
     """Modes that break a limit on another mesh, at few speeds: those that only this mesh has hardly depend on the speed."""
     base = synthesise(problem.with_values(values))
     least = next((c.bound for c in problem.constraints if c.quantity == "decay_rate"), 0.0)
@@ -245,7 +260,7 @@ def _unresolved(problem: DesignProblem, values: Mapping[str, float], end: float,
     for case in (None, *problem.cases):
         name, machine = "" if case is None else case.name, scenario_machine(base, case)
         loop = system(machine, layout(machine))
-        for fraction in ELSEWHERE:
+        for fraction in fractions:
             eigenvalues = np.linalg.eigvals(loop.matrix(fraction * end))
             whirls = eigenvalues[np.abs(eigenvalues.imag) > WHIRL_FREQUENCY]
             worst = max(whirls, key=lambda e: float(e.real), default=-math.inf)
