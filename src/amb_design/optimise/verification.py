@@ -215,6 +215,7 @@ def _proven(problem: DesignProblem, outcome: Outcome, end: float) -> Proof | Non
 
 
 def _audits(starter: Starter, outcome: Outcome, objective: float) -> tuple[list[Audit], list[Excess]]:
+    """A design on one mesh after the other, up to the first that refutes it."""
     problem, held = starter.problem, {mesh for _, mesh in starter.evaluator.watched}
     end = objective if problem.seeks_speed else problem.top_speed
     stable: list[Audit] = []
@@ -231,9 +232,9 @@ def _audits(starter: Starter, outcome: Outcome, objective: float) -> tuple[list[
     for layout in (twice, thrice, four_times):
         if found := _unresolved(problem, outcome.values, end, layout, ELSEWHERE):
             return audits, found
-    nearly = sorted({JUST_BELOW, *(min(f, JUST_BELOW) for f in _just_stable(outcome, end))})
+    delicate = sorted({JUST_BELOW, *(min(f, JUST_BELOW) for f in _just_stable(outcome, end))})
     for layout in (quartered, in_eighths) if quartered.__name__ in held else (quartered,):
-        if found := _unresolved(problem, outcome.values, end, layout, nearly):
+        if found := _unresolved(problem, outcome.values, end, layout, delicate):
             return audits, found
     for layout in (quartered, in_eighths):
         if not (unsettled := _unsettled(problem, *audits[-2:])):
